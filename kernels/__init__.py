@@ -1,0 +1,1 @@
+"""Warp kernels and functions: the formulas, and nothing but `warp` beside them."""

@@ -1,0 +1,77 @@
+"""The contact law: penalty with damping along the normal, Coulomb friction that sticks.
+
+Penalty stiffness follows the masses that meet, k = share · m / Δt², so that no vertex is driven
+beyond its own stable step. A stuck point hangs on a tangential spring of the same stiffness; where
+the spring would exceed μ times the normal force it slips, and what the spring loses is friction work.
+"""
+
+import warp as wp
+
+
+@wp.struct
+class ContactLaw:
+    """What every contact of a run shares."""
+
+    share: wp.float64  # k Δt² / m [-]
+    damping_ratio: wp.float64  # of the contact's critical damping [-]
+    time_step: wp.float64  # s
+
+
+@wp.struct
+class Traction:
+    """Force of a contact on the vertex, and what it stored and lost in this step."""
+
+    force: wp.vec3d  # N
+    spring: wp.vec3d  # tangential elastic displacement [m]
+    stored: wp.float64  # J, penalty and stick springs
+    friction: wp.float64  # J lost in slip in this step
+    damping: wp.float64  # J lost in the dashpot in this step
+    slip: wp.float64  # m slid in this step
+
+
+@wp.func
+def contact_traction(
+    law: ContactLaw,
+    mass: wp.float64,
+    friction: wp.float64,
+    gap: wp.float64,
+    normal: wp.vec3d,
+    velocity: wp.vec3d,
+    spring: wp.vec3d,
+) -> Traction:
+    """Traction of one contact in one step.
+
+    Args:
+        law: shared parameters.
+        mass: effective mass of the contact [kg].
+        friction: Coulomb coefficient μ [-].
+        gap: distance less the offset [m]; negative in contact.
+        normal: unit normal, towards the vertex.
+        velocity: of the vertex relative to the surface, over the last step [m/s].
+        spring: tangential elastic displacement after the last step [m].
+    """
+    t = Traction()
+    stiffness = law.share * mass / (law.time_step * law.time_step)
+    half = wp.float64(0.5)
+    if gap >= wp.float64(0.0):
+        t.friction = half * stiffness * wp.dot(spring, spring)
+        return t
+
+    approach = wp.dot(normal, velocity)
+    elastic = -stiffness * gap
+    dashpot = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
+    pressure = wp.max(elastic - dashpot * approach, wp.float64(0.0))
+    t.damping = (elastic - pressure) * approach * law.time_step
+
+    trial = spring + law.time_step * velocity
+    trial = trial - wp.dot(normal, trial) * normal
+    length = wp.length(trial)
+    limit = friction * pressure / stiffness
+    t.spring = trial
+    if length > limit:
+        t.spring = (limit / length) * trial
+        t.slip = length - limit
+        t.friction = half * stiffness * (length * length - limit * limit)
+    t.force = pressure * normal - stiffness * t.spring
+    t.stored = half * stiffness * (gap * gap + wp.dot(t.spring, t.spring))
+    return t

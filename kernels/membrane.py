@@ -1,0 +1,318 @@
+"""The semi-discrete triangle, in pairs that share one strain per yarn family.
+
+Source: Hamila & Boisse 2008, eqs. 22 and 28, with the current yarn length (so that the loads are
+the exact gradient of an energy) and the shear gradient in its regular form; pairs: docs/theory.md.
+
+    W = Σ_patch A Φ(ε̄1, ε̄2) + Σ_t A_t [Ψ(γ_t) + ½ κ Σ_α (ε_α,t − ε̄_α)²],  ε̄ the patch's mean
+
+A patch is two triangles with a common edge; three where the matching leaves one over; one for the
+plain element. Forces are −∂W/∂x.
+"""
+
+import warp as wp
+
+from .isotropic import IsotropicMembrane, membrane_energy, membrane_strain, membrane_stress
+from .yarns import shear_angle, shear_gradient, warp_vector, weft_vector, yarn_strain
+
+
+@wp.func
+def area_weighted(a: wp.vec2d, b: wp.vec2d, areas: wp.vec2d) -> wp.vec2d:
+    """Mean of two triangles' strains, weighted with their areas [m²]."""
+    return (areas[0] * a + areas[1] * b) / (areas[0] + areas[1])
+
+
+@wp.func
+def triangle_strain(k1: wp.vec3d, k2: wp.vec3d) -> wp.vec2d:
+    """Yarn strains (ε1, ε2) [-]."""
+    return wp.vec2d(yarn_strain(k1), yarn_strain(k2))
+
+
+@wp.func
+def add_triangle_loads(
+    a: int,
+    b: int,
+    c: int,
+    gradient: wp.vec4d,
+    along_warp: wp.vec3d,
+    along_weft: wp.vec3d,
+    f: wp.array(dtype=wp.vec3d),
+):
+    """Scatter −∂W/∂x from ∂W/∂k1, ∂W/∂k2 [N m]."""
+    load_b = gradient[0] * along_warp + gradient[2] * along_weft
+    load_c = gradient[1] * along_warp + gradient[3] * along_weft
+    wp.atomic_sub(f, b, load_b)
+    wp.atomic_sub(f, c, load_c)
+    wp.atomic_add(f, a, load_b + load_c)
+
+
+def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Shear):
+    """Make the kernels for one pair of laws: ``(add_pair_forces, add_patch_forces, measure)``.
+
+    Args:
+        tension: wp.func (law, strain) → line tensions [N/m].
+        tension_energy: wp.func (law, strain) → energy per area [J/m²].
+        shear: wp.func (law, angle) → couple per area [N/m].
+        shear_energy: wp.func (law, angle) → energy per area [J/m²].
+        Tension: struct of the tension law.
+        Shear: struct of the shear law.
+    """
+
+    @wp.func
+    def warp_load(
+        k1: wp.vec3d, k2: wp.vec3d, line_tension: wp.float64, couple: wp.float64
+    ) -> wp.vec3d:
+        return (line_tension / wp.length(k1)) * k1 + couple * shear_gradient(k1, k2)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def add_pair_forces(
+        vertices: wp.array(dtype=wp.vec4i),
+        gradient_a: wp.array(dtype=wp.vec4d),
+        gradient_b: wp.array(dtype=wp.vec4d),
+        areas: wp.array(dtype=wp.vec2d),
+        tension_law: Tension,
+        shear_law: Shear,
+        stabiliser: wp.float64,
+        rest_angle: wp.float64,
+        x: wp.array(dtype=wp.vec3d),
+        f: wp.array(dtype=wp.vec3d),
+    ):
+        """Add yarn and shear forces to ``f``; one thread a pair of triangles.
+
+        Args:
+            vertices: (i, j, k, l) of triangles (i, j, k) and (i, l, j), shape [pair].
+            gradient_a: D of (i, j, k) [1/m], shape [pair].
+            gradient_b: D of (i, l, j) [1/m], shape [pair].
+            areas: initial areas [m²], shape [pair].
+            tension_law: line tension law [N/m].
+            shear_law: shear couple law [N/m].
+            stabiliser: κ C'(0) [N/m].
+            rest_angle: angle between warp and weft of the flat ply [rad].
+            x: positions [m], shape [vertex].
+            f: forces [N], shape [vertex]; accumulated.
+        """
+        p = wp.tid()
+        v = vertices[p]
+        origin = x[v[0]]
+        shared = x[v[1]] - origin
+        tip_a = x[v[2]] - origin
+        tip_b = x[v[3]] - origin
+        area = areas[p]
+        da = gradient_a[p]
+        db = gradient_b[p]
+
+        a1 = warp_vector(da, shared, tip_a)
+        a2 = weft_vector(da, shared, tip_a)
+        b1 = warp_vector(db, tip_b, shared)
+        b2 = weft_vector(db, tip_b, shared)
+        strain_a = triangle_strain(a1, a2)
+        strain_b = triangle_strain(b1, b2)
+        mean = area_weighted(strain_a, strain_b, area)
+        line = tension(tension_law, mean)
+        line_a = line + stabiliser * (strain_a - mean)
+        line_b = line + stabiliser * (strain_b - mean)
+        couple_a = shear(shear_law, shear_angle(a1, a2, rest_angle))
+        couple_b = shear(shear_law, shear_angle(b1, b2, rest_angle))
+
+        wa1 = area[0] * warp_load(a1, a2, line_a[0], couple_a)
+        wa2 = area[0] * warp_load(a2, a1, line_a[1], couple_a)
+        wb1 = area[1] * warp_load(b1, b2, line_b[0], couple_b)
+        wb2 = area[1] * warp_load(b2, b1, line_b[1], couple_b)
+        load_j = da[0] * wa1 + da[2] * wa2 + db[1] * wb1 + db[3] * wb2
+        load_k = da[1] * wa1 + da[3] * wa2
+        load_l = db[0] * wb1 + db[2] * wb2
+        wp.atomic_add(f, v[0], load_j + load_k + load_l)
+        wp.atomic_sub(f, v[1], load_j)
+        wp.atomic_sub(f, v[2], load_k)
+        wp.atomic_sub(f, v[3], load_l)
+
+    @wp.func
+    def mean_strain(
+        first: int,
+        last: int,
+        patch_triangles: wp.array(dtype=wp.int32),
+        triangles: wp.array2d(dtype=wp.int32),
+        gradients: wp.array(dtype=wp.vec4d),
+        areas: wp.array(dtype=wp.float64),
+        x: wp.array(dtype=wp.vec3d),
+    ) -> wp.vec2d:
+        total = wp.vec2d()
+        area = wp.float64(0.0)
+        for slot in range(first, last):
+            t = patch_triangles[slot]
+            origin = x[triangles[t, 0]]
+            edge_b = x[triangles[t, 1]] - origin
+            edge_c = x[triangles[t, 2]] - origin
+            d = gradients[t]
+            total += areas[t] * triangle_strain(
+                warp_vector(d, edge_b, edge_c), weft_vector(d, edge_b, edge_c)
+            )
+            area += areas[t]
+        return total / area
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def add_patch_forces(
+        first_patch: int,
+        offsets: wp.array(dtype=wp.int32),
+        patch_triangles: wp.array(dtype=wp.int32),
+        triangles: wp.array2d(dtype=wp.int32),
+        gradients: wp.array(dtype=wp.vec4d),
+        areas: wp.array(dtype=wp.float64),
+        tension_law: Tension,
+        shear_law: Shear,
+        stabiliser: wp.float64,
+        rest_angle: wp.float64,
+        x: wp.array(dtype=wp.vec3d),
+        f: wp.array(dtype=wp.vec3d),
+    ):
+        """Add yarn and shear forces to ``f``; one thread a patch of any number of triangles."""
+        patch = first_patch + wp.tid()
+        first = offsets[patch]
+        last = offsets[patch + 1]
+        mean = mean_strain(first, last, patch_triangles, triangles, gradients, areas, x)
+        line = tension(tension_law, mean)
+        for slot in range(first, last):
+            t = patch_triangles[slot]
+            a = triangles[t, 0]
+            b = triangles[t, 1]
+            c = triangles[t, 2]
+            d = gradients[t]
+            k1 = warp_vector(d, x[b] - x[a], x[c] - x[a])
+            k2 = weft_vector(d, x[b] - x[a], x[c] - x[a])
+            own = line + stabiliser * (triangle_strain(k1, k2) - mean)
+            couple = shear(shear_law, shear_angle(k1, k2, rest_angle))
+            along_warp = areas[t] * warp_load(k1, k2, own[0], couple)
+            along_weft = areas[t] * warp_load(k2, k1, own[1], couple)
+            add_triangle_loads(a, b, c, d, along_warp, along_weft, f)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def measure(
+        offsets: wp.array(dtype=wp.int32),
+        patch_triangles: wp.array(dtype=wp.int32),
+        triangles: wp.array2d(dtype=wp.int32),
+        gradients: wp.array(dtype=wp.vec4d),
+        areas: wp.array(dtype=wp.float64),
+        tension_law: Tension,
+        shear_law: Shear,
+        stabiliser: wp.float64,
+        rest_angle: wp.float64,
+        x: wp.array(dtype=wp.vec3d),
+        strain: wp.array(dtype=wp.vec2d),
+        line_tension: wp.array(dtype=wp.vec2d),
+        energy: wp.array(dtype=wp.vec3d),
+    ):
+        """Compute what every triangle shows; one thread a patch.
+
+        Args:
+            offsets: first slot of each patch, shape [patch + 1].
+            patch_triangles: triangles by patch, shape [triangle].
+            triangles: vertices, shape [triangle, 3].
+            gradients: D [1/m], shape [triangle].
+            areas: initial areas [m²], shape [triangle].
+            tension_law: line tension law [N/m].
+            shear_law: shear couple law [N/m].
+            stabiliser: κ C'(0) [N/m].
+            rest_angle: angle between warp and weft of the flat ply [rad].
+            x: positions [m], shape [vertex].
+            strain: patch mean of the yarn strains [-], shape [triangle]; overwritten.
+            line_tension: line tensions [N/m], shape [triangle]; overwritten.
+            energy: yarn, shear, stabiliser energy [J], shape [triangle]; overwritten.
+        """
+        patch = wp.tid()
+        first = offsets[patch]
+        last = offsets[patch + 1]
+        mean = mean_strain(first, last, patch_triangles, triangles, gradients, areas, x)
+        line = tension(tension_law, mean)
+        yarn_energy = tension_energy(tension_law, mean)
+        for slot in range(first, last):
+            t = patch_triangles[slot]
+            a = triangles[t, 0]
+            d = gradients[t]
+            edge_b = x[triangles[t, 1]] - x[a]
+            edge_c = x[triangles[t, 2]] - x[a]
+            k1 = warp_vector(d, edge_b, edge_c)
+            k2 = weft_vector(d, edge_b, edge_c)
+            own = triangle_strain(k1, k2) - mean
+            strain[t] = mean
+            line_tension[t] = line
+            energy[t] = areas[t] * wp.vec3d(
+                yarn_energy,
+                shear_energy(shear_law, shear_angle(k1, k2, rest_angle)),
+                wp.float64(0.5) * stabiliser * wp.dot(own, own),
+            )
+
+    return add_pair_forces, add_patch_forces, measure
+
+
+@wp.kernel(enable_backward=False)
+def add_isotropic_forces(
+    triangles: wp.array2d(dtype=wp.int32),
+    gradients: wp.array(dtype=wp.vec4d),
+    areas: wp.array(dtype=wp.float64),
+    law: IsotropicMembrane,
+    x: wp.array(dtype=wp.vec3d),
+    f: wp.array(dtype=wp.vec3d),
+):
+    """Add the forces of an isotropic membrane to ``f``; one thread a triangle.
+
+    W = A_t ½ S:E, so ∂W/∂k1 = A_t (S11 k1 + S12 k2) and ∂W/∂k2 = A_t (S12 k1 + S22 k2).
+    """
+    t = wp.tid()
+    a = triangles[t, 0]
+    b = triangles[t, 1]
+    c = triangles[t, 2]
+    d = gradients[t]
+    k1 = warp_vector(d, x[b] - x[a], x[c] - x[a])
+    k2 = weft_vector(d, x[b] - x[a], x[c] - x[a])
+    stress = areas[t] * membrane_stress(law, membrane_strain(k1, k2))
+    along_1 = stress[0] * k1 + stress[2] * k2
+    along_2 = stress[2] * k1 + stress[1] * k2
+    add_triangle_loads(a, b, c, d, along_1, along_2, f)
+
+
+@wp.kernel(enable_backward=False)
+def measure_isotropic(
+    triangles: wp.array2d(dtype=wp.int32),
+    gradients: wp.array(dtype=wp.vec4d),
+    areas: wp.array(dtype=wp.float64),
+    law: IsotropicMembrane,
+    x: wp.array(dtype=wp.vec3d),
+    strain: wp.array(dtype=wp.vec2d),
+    line_tension: wp.array(dtype=wp.vec2d),
+    energy: wp.array(dtype=wp.vec3d),
+):
+    """Compute what a triangle of an isotropic sheet shows; one thread a triangle."""
+    t = wp.tid()
+    a = triangles[t, 0]
+    d = gradients[t]
+    edge_b = x[triangles[t, 1]] - x[a]
+    edge_c = x[triangles[t, 2]] - x[a]
+    k1 = warp_vector(d, edge_b, edge_c)
+    k2 = weft_vector(d, edge_b, edge_c)
+    measure_strain = membrane_strain(k1, k2)
+    stress = membrane_stress(law, measure_strain)
+    strain[t] = triangle_strain(k1, k2)
+    line_tension[t] = wp.vec2d(stress[0], stress[1])
+    energy[t] = wp.vec3d(areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0))
+
+
+@wp.kernel(enable_backward=False)
+def compute_yarn_directions(
+    triangles: wp.array2d(dtype=wp.int32),
+    gradients: wp.array(dtype=wp.vec4d),
+    rest_angle: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    along_warp: wp.array(dtype=wp.vec3d),
+    along_weft: wp.array(dtype=wp.vec3d),
+    angle: wp.array(dtype=wp.float64),
+):
+    """Compute unit yarn directions [-] and the shear angle [rad]; one thread a triangle."""
+    t = wp.tid()
+    a = triangles[t, 0]
+    d = gradients[t]
+    edge_b = x[triangles[t, 1]] - x[a]
+    edge_c = x[triangles[t, 2]] - x[a]
+    k1 = warp_vector(d, edge_b, edge_c)
+    k2 = weft_vector(d, edge_b, edge_c)
+    along_warp[t] = wp.normalize(k1)
+    along_weft[t] = wp.normalize(k2)
+    angle[t] = shear_angle(k1, k2, rest_angle)

@@ -1,0 +1,153 @@
+"""Explicit time integration of vertices and tools: kick, then drift (symplectic).
+
+Whatever depends on time reads ``step``, an integer on the device, and tables of one frame's steps.
+"""
+
+import warp as wp
+
+
+@wp.struct
+class Damping:
+    """What acts on every vertex alike."""
+
+    gravity: wp.vec3d  # m/s²
+    rate: wp.float64  # 1/s, mass-proportional damping
+    time_step: wp.float64  # s
+    speed_limit: wp.float64  # m/s, beyond which the run counts as blown up
+
+
+@wp.kernel(enable_backward=False)
+def advance_vertices(
+    medium: Damping,
+    mass: wp.array(dtype=wp.float64),
+    clamp: wp.array(dtype=wp.int32),
+    rest: wp.array(dtype=wp.vec3d),
+    clamp_matrix: wp.array2d(dtype=wp.mat33d),
+    clamp_shift: wp.array2d(dtype=wp.vec3d),
+    step: wp.array(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    f: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=wp.vec3d),
+    clamp_work: wp.array(dtype=wp.float64),
+    clamp_force: wp.array(dtype=wp.vec3d),
+    runaway: wp.array(dtype=wp.int32),
+):
+    """Advance positions and velocities by a step and clear ``f``; one thread a vertex.
+
+    A clamped vertex follows x = M(step) x_rest + s(step) of its clamp.
+
+    Args:
+        medium: gravity, damping, step.
+        mass: shape [vertex] [kg].
+        clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
+        rest: positions at the start [m], shape [vertex].
+        clamp_matrix: M of each step of the frame, shape [clamp, step in frame + 1].
+        clamp_shift: s [m], likewise.
+        step: number of the step in the frame, shape [1].
+        x: positions [m], shape [vertex]; advanced.
+        v: velocities [m/s], shape [vertex]; advanced.
+        f: forces [N], shape [vertex]; cleared.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        clamp_work: work done by the clamps [J], shape [vertex]; accumulated.
+        clamp_force: sum over the steps of the force of each clamp [N], shape [clamp]; accumulated.
+        runaway: first runaway vertex, −1 while there is none, shape [1].
+    """
+    i = wp.tid()
+    half = wp.float64(0.5)
+    dt = medium.time_step
+    load = f[i] + mass[i] * medium.gravity
+    old = v[i]
+    held = clamp[i]
+    f[i] = wp.vec3d()
+    if held >= 0:
+        k = step[0] + 1
+        target = clamp_matrix[held, k] * rest[i] + clamp_shift[held, k]
+        new = (target - x[i]) / dt
+        force = mass[i] * (new - old) / dt - load
+        clamp_work[i] += half * dt * wp.dot(force, old + new)
+        wp.atomic_add(clamp_force, held, force)
+        x[i] = target
+        v[i] = new
+        return
+    drag = half * medium.rate * dt
+    one = wp.float64(1.0)
+    new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
+    mean = half * (old + new)
+    if medium.rate > wp.float64(0.0):
+        loss = medium.rate * mass[i] * dt * wp.dot(mean, mean)
+        lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
+    if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
+        wp.atomic_cas(runaway, 0, -1, i)
+    v[i] = new
+    x[i] += dt * new
+
+
+@wp.struct
+class FloatingTools:
+    """Tools that move under a force along their axis; the others follow their path."""
+
+    floats: wp.array(dtype=wp.int32)  # 1 if force-controlled, shape [tool]
+    axis: wp.array(dtype=wp.vec3d)  # unit, shape [tool]
+    mass: wp.array(dtype=wp.float64)  # kg, shape [tool]
+    damping: wp.array(dtype=wp.float64)  # N s/m, shape [tool]
+
+
+@wp.kernel(enable_backward=False)
+def advance_tools(
+    time_step: wp.float64,
+    floating: FloatingTools,
+    path: wp.array2d(dtype=wp.vec3d),
+    force: wp.array2d(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
+    shift: wp.array(dtype=wp.vec3d),
+    velocity: wp.array(dtype=wp.vec3d),
+    reaction: wp.array(dtype=wp.vec3d),
+    impulse: wp.array(dtype=wp.vec3d),
+    work: wp.array(dtype=wp.float64),
+    damped: wp.array(dtype=wp.float64),
+):
+    """Advance the tools by a step and clear ``reaction``; one thread a tool.
+
+    Args:
+        time_step: Δt [s].
+        floating: which tools float, and how.
+        path: translation of each step of the frame [m], shape [tool, step in frame + 1].
+        force: force along the axis of each step [N], shape [tool, step in frame + 1].
+        step: number of the step in the frame, shape [1].
+        shift: translations [m], shape [tool]; advanced.
+        velocity: velocities [m/s], shape [tool]; advanced.
+        reaction: contact forces on the tools [N], shape [tool]; cleared.
+        impulse: sum over the steps of the reaction [N], shape [tool]; accumulated.
+        work: work done on the tools from outside [J], shape [tool]; accumulated.
+        damped: energy lost in the tools' dashpots [J], shape [tool]; accumulated.
+    """
+    t = wp.tid()
+    half = wp.float64(0.5)
+    k = step[0]
+    old = velocity[t]
+    acting = reaction[t]
+    if floating.floats[t] == 1:
+        axis = floating.axis[t]
+        speed = wp.dot(axis, old)
+        drag = half * time_step * floating.damping[t] / floating.mass[t]
+        push = force[t, k] + wp.dot(axis, acting)
+        one = wp.float64(1.0)
+        new = ((one - drag) * speed + time_step * push / floating.mass[t]) / (one + drag)
+        mean = half * (speed + new)
+        velocity[t] = new * axis
+        shift[t] += time_step * new * axis
+        work[t] += time_step * force[t, k] * mean
+        damped[t] += time_step * floating.damping[t] * mean * mean
+    else:
+        velocity[t] = (path[t, k + 1] - path[t, k]) / time_step
+        shift[t] = path[t, k + 1]
+        work[t] -= half * time_step * wp.dot(acting, old + velocity[t])
+    impulse[t] += acting
+    reaction[t] = wp.vec3d()
+
+
+@wp.kernel(enable_backward=False)
+def count_step(step: wp.array(dtype=wp.int32)):
+    """Go to the next step; one thread in all."""
+    step[0] = step[0] + 1

@@ -1,0 +1,208 @@
+"""Contact of the plies' vertices with rigid tools that translate.
+
+`find_tool_contacts` runs every few steps: it asks Warp's mesh query for the nearest facet and keeps
+the tangent plane of the smoothed surface there. `add_tool_forces` runs every step on that plane.
+All positions kept here are in the tool's own frame.
+"""
+
+import warp as wp
+
+from .contact import ContactLaw, contact_traction
+
+
+@wp.struct
+class ToolContact:
+    """Tangent plane of one tool near one vertex."""
+
+    point: wp.vec3d  # m, tool frame
+    normal: wp.vec3d  # outward
+    near: wp.int32  # 1 if the vertex may touch before the next search
+
+
+@wp.struct
+class ToolSearch:
+    """How far a search looks."""
+
+    reach: wp.float64  # m beyond the offset within which a vertex counts as near
+    radius: wp.float64  # m, of the mesh query
+    rest: wp.float64  # m of motion for which an unfound surface stays out of reach
+
+
+@wp.struct
+class ToolSurfaces:
+    """Facets of all tools, one after the other."""
+
+    meshes: wp.array(dtype=wp.uint64)  # shape [tool]
+    first_facet: wp.array(dtype=wp.int32)  # shape [tool]
+    corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
+    normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
+    rounding: wp.array(dtype=wp.float64)  # 1/2: corner normals are exact; 0: estimated
+    friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
+
+
+@wp.func
+def to_single(x: wp.vec3d) -> wp.vec3f:
+    """Position for a mesh query, which works in single precision."""
+    return wp.vec3f(float(x[0]), float(x[1]), float(x[2]))
+
+
+@wp.func
+def smoothed_point(
+    surfaces: ToolSurfaces, tool: int, facet: int, w: wp.vec3d, flat: wp.vec3d
+) -> wp.vec3d:
+    """Point of the curved surface over a facet: second-order exact where corner normals are.
+
+    Half of the mean projection of the flat point on the corners' tangent planes.
+    """
+    offset = wp.vec3d()
+    for c in range(3):
+        n = surfaces.normals[facet, c]
+        offset += w[c] * wp.dot(surfaces.corners[facet, c] - flat, n) * n
+    return flat + surfaces.rounding[tool] * offset
+
+
+@wp.func
+def barycentric(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, x: wp.vec3d) -> wp.vec3d:
+    """Weights of the triangle's corners at the point of its plane nearest to x, kept inside."""
+    e1 = b - a
+    e2 = c - a
+    r = x - a
+    d11 = wp.dot(e1, e1)
+    d12 = wp.dot(e1, e2)
+    d22 = wp.dot(e2, e2)
+    r1 = wp.dot(r, e1)
+    r2 = wp.dot(r, e2)
+    determinant = d11 * d22 - d12 * d12
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    v = (d22 * r1 - d12 * r2) / determinant
+    w = (d11 * r2 - d12 * r1) / determinant
+    if v >= zero and w >= zero and v + w <= one:
+        return wp.vec3d(one - v - w, v, w)
+    # Outside: the nearest of the three edges' nearest points.
+    s_ab = wp.clamp(r1 / d11, zero, one)
+    s_ac = wp.clamp(r2 / d22, zero, one)
+    e3 = c - b
+    s_bc = wp.clamp(wp.dot(x - b, e3) / wp.dot(e3, e3), zero, one)
+    on_ab = wp.length_sq(r - s_ab * e1)
+    on_ac = wp.length_sq(r - s_ac * e2)
+    on_bc = wp.length_sq(x - b - s_bc * e3)
+    best = wp.vec3d(one - s_ab, s_ab, zero)
+    if on_ac < on_ab and on_ac <= on_bc:
+        best = wp.vec3d(one - s_ac, zero, s_ac)
+    elif on_bc < on_ab:
+        best = wp.vec3d(zero, one - s_bc, s_bc)
+    return best
+
+
+@wp.kernel(enable_backward=False)
+def find_tool_contacts(
+    surfaces: ToolSurfaces,
+    search: ToolSearch,
+    offset: wp.array(dtype=wp.float64),
+    tool_shift: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    contacts: wp.array2d(dtype=ToolContact),
+    asked_at: wp.array2d(dtype=wp.vec3d),
+    clearance: wp.array2d(dtype=wp.float64),
+    deepest: wp.array(dtype=wp.float64),
+):
+    """Find the tangent planes near the vertices; one thread a (tool, vertex).
+
+    Args:
+        surfaces: the tools' facets.
+        search: how far to look.
+        offset: half the ply thickness [m], shape [vertex].
+        tool_shift: the tools' translations [m], shape [tool].
+        x: positions [m], shape [vertex].
+        contacts: shape [tool, vertex]; overwritten where asked anew.
+        asked_at: position at the last query, tool frame [m], shape [tool, vertex]; updated.
+        clearance: distance known free at that query [m], shape [tool, vertex]; updated.
+        deepest: largest penetration seen so far [m], shape [tool]; raised.
+    """
+    tool, i = wp.tid()
+    at = x[i] - tool_shift[tool]
+    near = offset[i] + search.reach
+    if clearance[tool, i] - wp.length(at - asked_at[tool, i]) > near:
+        return
+    asked_at[tool, i] = at
+    query = wp.mesh_query_point_no_sign(
+        surfaces.meshes[tool], to_single(at), float(search.radius)
+    )
+    if not query.result:
+        clearance[tool, i] = search.radius
+        contacts[tool, i].near = 0
+        return
+    facet = surfaces.first_facet[tool] + query.face
+    a = surfaces.corners[facet, 0]
+    b = surfaces.corners[facet, 1]
+    c = surfaces.corners[facet, 2]
+    w = barycentric(a, b, c, at)
+    flat = w[0] * a + w[1] * b + w[2] * c
+    normal = wp.normalize(
+        w[0] * surfaces.normals[facet, 0]
+        + w[1] * surfaces.normals[facet, 1]
+        + w[2] * surfaces.normals[facet, 2]
+    )
+    point = smoothed_point(surfaces, tool, facet, w, flat)
+    distance = wp.length(at - flat)
+    # The curved surface may stand out of the facet by |point − flat|.
+    clearance[tool, i] = distance - wp.length(point - flat)
+    contacts[tool, i].near = wp.where(clearance[tool, i] <= near, 1, 0)
+    contacts[tool, i].point = point
+    contacts[tool, i].normal = normal
+    gap = wp.dot(normal, at - point) - offset[i]
+    if gap < wp.float64(0.0):
+        wp.atomic_max(deepest, tool, -gap)
+
+
+@wp.kernel(enable_backward=False)
+def add_tool_forces(
+    law: ContactLaw,
+    friction: wp.array(dtype=wp.float64),
+    offset: wp.array(dtype=wp.float64),
+    mass: wp.array(dtype=wp.float64),
+    tool_shift: wp.array(dtype=wp.vec3d),
+    tool_velocity: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    contacts: wp.array2d(dtype=ToolContact),
+    springs: wp.array2d(dtype=wp.vec3d),
+    f: wp.array(dtype=wp.vec3d),
+    reaction: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=wp.vec3d),
+    stored: wp.array2d(dtype=wp.float64),
+):
+    """Add the tools' contact forces to ``f``; one thread a vertex.
+
+    Args:
+        law: contact law.
+        friction: μ, shape [tool].
+        offset: half the ply thickness [m], shape [vertex].
+        mass: shape [vertex] [kg].
+        tool_shift: translations [m], shape [tool].
+        tool_velocity: over the last step [m/s], shape [tool].
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        contacts: tangent planes, shape [tool, vertex].
+        springs: stick springs [m], shape [tool, vertex]; updated.
+        f: forces [N], shape [vertex]; accumulated.
+        reaction: forces on the tools [N], shape [tool]; accumulated.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        stored: energy of the contact springs [J], shape [tool, vertex]; overwritten.
+    """
+    i = wp.tid()
+    for tool in range(friction.shape[0]):
+        if contacts[tool, i].near != 0:
+            normal = contacts[tool, i].normal
+            gap = wp.dot(normal, x[i] - tool_shift[tool] - contacts[tool, i].point) - offset[i]
+            old = springs[tool, i]
+            if gap < wp.float64(0.0) or wp.dot(old, old) > wp.float64(0.0):
+                t = contact_traction(
+                    law, mass[i], friction[tool], gap, normal, v[i] - tool_velocity[tool], old
+                )
+                springs[tool, i] = t.spring
+                stored[tool, i] = t.stored
+                f[i] += t.force
+                wp.atomic_sub(reaction, tool, t.force)
+                lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))

@@ -1,0 +1,257 @@
+"""The shapes a blank is cut to: rectangle, disc, polygon with holes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from warpdrape.errors import InputError, positive
+
+Points = NDArray[np.float64]
+"""Positions [m], shape [point, 2]."""
+Bounds = tuple[float, float, float, float]
+"""Lowest x, lowest y, highest x, highest y [m]."""
+
+
+class Outline(Protocol):
+    """What the mesher asks of a shape."""
+
+    @property
+    def area(self) -> float:
+        """Area [m²]."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounding box [m]."""
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each point [m], shape [point, 2], lies inside."""
+
+    def loops(self, edge: float) -> list[Points]:
+        """Closed loops of points about ``edge`` [m] apart: outer counter-clockwise, then holes."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangle with its centre at the origin; sizes along x and y [m]."""
+
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        positive("width", self.width, unit="m")
+        positive("height", self.height, unit="m")
+
+    @property
+    def area(self) -> float:
+        """Area [m²]."""
+        return self.width * self.height
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounding box [m]."""
+        return (-self.width / 2, -self.height / 2, self.width / 2, self.height / 2)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each point [m], shape [point, 2], lies inside."""
+        p = np.asarray(points, np.float64)
+        return (np.abs(p) <= (self.width / 2, self.height / 2)).all(axis=-1)
+
+    def loops(self, edge: float) -> list[Points]:
+        """The four sides, in equal parts of about ``edge`` [m]."""
+        x0, y0, x1, y1 = self.bounds
+        return [_divide(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)]), edge)]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc with its centre at the origin; radius [m]."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        positive("radius", self.radius, unit="m")
+
+    @property
+    def area(self) -> float:
+        """Area [m²]."""
+        return math.pi * self.radius**2
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounding box [m]."""
+        return (-self.radius, -self.radius, self.radius, self.radius)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each point [m], shape [point, 2], lies inside."""
+        return np.linalg.norm(np.asarray(points, np.float64), axis=-1) <= self.radius
+
+    def loops(self, edge: float) -> list[Points]:
+        """Points on the circle; their number is a multiple of four, so that it is symmetric."""
+        count = 4 * max(2, round(math.tau * self.radius / (4.0 * edge)))
+        angle = math.tau * np.arange(count) / count
+        return [self.radius * np.column_stack([np.cos(angle), np.sin(angle)])]
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A polygon, with holes if any; coordinates as given [m].
+
+    Args:
+        points: corners [m], shape [corner, 2], in either sense; not closed by a repeated point.
+        holes: the same for each hole; inside the polygon, apart from it and from each other.
+    """
+
+    points: Sequence[tuple[float, float]]
+    holes: Sequence[Sequence[tuple[float, float]]] = ()
+
+    def __post_init__(self) -> None:
+        outer = _corners("points", self.points)
+        holes = [_corners(f"holes[{i}]", hole) for i, hole in enumerate(self.holes)]
+        names = ["points", *(f"holes[{i}]" for i in range(len(holes)))]
+        loops = [outer, *holes]
+        _refuse_crossings(names, loops)
+        _refuse_misplaced(names, loops)
+        object.__setattr__(self, "points", _as_tuple(outer, ccw=True))
+        object.__setattr__(self, "holes", tuple(_as_tuple(hole, ccw=False) for hole in holes))
+
+    @property
+    def area(self) -> float:
+        """Area without the holes [m²]."""
+        return sum(_loop_area(loop) for loop in self.loops(math.inf))
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounding box [m]."""
+        corners = np.array(self.points)
+        return (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each point [m], shape [point, 2], lies inside."""
+        return enclosed(np.asarray(points, np.float64), closed_segments(self.loops(math.inf)))
+
+    def loops(self, edge: float) -> list[Points]:
+        """All corners, the sides between them in equal parts of about ``edge`` [m]."""
+        return [_divide(np.array(loop), edge) for loop in (self.points, *self.holes)]
+
+
+def closed_segments(loops: Sequence[Points]) -> NDArray[np.float64]:
+    """Segments [m], shape [segment, 2 ends, 2], of closed loops."""
+    return np.concatenate([np.stack([loop, np.roll(loop, -1, axis=0)], axis=1) for loop in loops])
+
+
+def enclosed(points: Points, segments: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether a ray from each point crosses an odd number of the segments.
+
+    Args:
+        points: positions [m], shape [point, 2].
+        segments: closed loops [m], shape [segment, 2 ends, 2], in any order and sense.
+    """
+    lower, upper = segments[:, 0], segments[:, 1]
+    swap = lower[:, 1] > upper[:, 1]
+    lower, upper = np.where(swap[:, None], upper, lower), np.where(swap[:, None], lower, upper)
+    run = upper - lower
+    odd = np.zeros(len(points), bool)
+    step = max(1, 2_000_000 // len(segments))
+    for start in range(0, len(points), step):
+        x, y = points[start : start + step, :, None].transpose(1, 0, 2)
+        spans = (lower[:, 1] <= y) & (y < upper[:, 1])
+        right = run[:, 0] * (y - lower[:, 1]) > run[:, 1] * (x - lower[:, 0])
+        odd[start : start + step] = np.count_nonzero(spans & right, axis=1) % 2 == 1
+    return odd
+
+
+def _divide(corners: Points, edge: float) -> Points:
+    """Divide every side of a loop into equal parts of about ``edge`` [m]."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    parts = np.maximum(1, np.rint(np.linalg.norm(sides, axis=1) / edge)).astype(int)
+    at = np.repeat(np.arange(len(corners)), parts)
+    share = (np.arange(len(at)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[at]
+    return corners[at] + share[:, None] * sides[at]
+
+
+def _loop_area(loop: Points) -> float:
+    """Area of a loop [m²], negative if it runs clockwise."""
+    x, y = (loop - loop[0]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def _as_tuple(loop: Points, *, ccw: bool) -> tuple[tuple[float, float], ...]:
+    turned = loop if (_loop_area(loop) > 0.0) == ccw else loop[::-1]
+    return tuple((x, y) for x, y in turned.tolist())
+
+
+def _corners(name: str, values: ArrayLike) -> Points:
+    """Return a loop's corners; raise `InputError` where it is none."""
+    try:
+        loop = np.array(values, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be pairs of numbers (x, y) [m]") from None
+    if loop.ndim != 2 or loop.shape[1] != 2 or not np.isfinite(loop).all():
+        raise InputError(f"{name} must be finite pairs (x, y) [m]; it has shape {loop.shape}")
+    if len(loop) > 1 and (loop[0] == loop[-1]).all():
+        loop = loop[:-1]
+    if len(loop) < 3:
+        raise InputError(f"{name} has {len(loop)} different points; a polygon needs at least 3")
+    repeated = np.flatnonzero((loop == np.roll(loop, -1, axis=0)).all(axis=1))
+    if len(repeated):
+        raise InputError(f"{name}: corner {repeated[0]} is repeated by the next: remove one")
+    return loop
+
+
+def _refuse_crossings(names: Sequence[str], loops: Sequence[Points]) -> None:
+    """Raise `InputError` where two sides, not neighbours in a loop, touch or cross."""
+    sides = closed_segments(loops)
+    sizes = [len(loop) for loop in loops]
+    loop_of = np.repeat(np.arange(len(loops)), sizes)
+    corner = np.concatenate([np.arange(size) for size in sizes])
+    size_of = np.repeat(sizes, sizes)
+    for i, side in enumerate(sides[:-1]):
+        rest = slice(i + 1, None)
+        gap = corner[rest] - corner[i]
+        next_to = (loop_of[rest] == loop_of[i]) & ((gap == 1) | (gap == size_of[i] - 1))
+        hits = np.flatnonzero(_meet(side, sides[rest]) & ~next_to)
+        if len(hits):
+            j = i + 1 + hits[0]
+            raise InputError(
+                f"polygon: side {corner[i]} of {names[loop_of[i]]} meets side {corner[j]} of "
+                f"{names[loop_of[j]]}: sides may share a corner with the next one only"
+            )
+    for name, loop in zip(names, loops, strict=True):
+        if abs(_loop_area(loop)) <= 1e-12 * np.ptp(loop, axis=0).max() ** 2:
+            raise InputError(f"polygon: {name} encloses no area")
+        turns = np.roll(loop, -1, axis=0) - loop
+        back = np.roll(turns, -1, axis=0)
+        folded = (_cross(turns, back) == 0.0) & ((turns * back).sum(axis=1) < 0.0)
+        if folded.any():
+            corner_at = (int(np.flatnonzero(folded)[0]) + 1) % len(loop)
+            raise InputError(f"polygon: {name} folds back on itself at corner {corner_at}")
+
+
+def _refuse_misplaced(names: Sequence[str], loops: Sequence[Points]) -> None:
+    """Raise `InputError` for a hole outside the polygon or inside another hole."""
+    for i, hole in enumerate(loops[1:], 1):
+        if not enclosed(hole[:1], closed_segments(loops[:1]))[0]:
+            raise InputError(f"polygon: {names[i]} lies outside the outer loop: move or remove it")
+        for j, other in enumerate(loops[1:], 1):
+            if i != j and enclosed(hole[:1], closed_segments([other]))[0]:
+                raise InputError(f"polygon: {names[i]} lies inside {names[j]}: remove one of them")
+
+
+def _meet(side: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether one segment, shape [2, 2], touches or crosses each of others [segment, 2, 2]."""
+    (a, b), c, d = side, others[:, 0], others[:, 1]
+    low, high = others.min(axis=1), others.max(axis=1)
+    near = ((low <= side.max(axis=0)) & (high >= side.min(axis=0))).all(axis=1)
+    left = np.sign(_cross(b - a, c - a)) * np.sign(_cross(b - a, d - a)) <= 0
+    across = np.sign(_cross(d - c, a - c)) * np.sign(_cross(d - c, b - c)) <= 0
+    return near & left & across
+
+
+def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]

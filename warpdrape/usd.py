@@ -1,0 +1,254 @@
+"""The animation as USD: plies with yarn directions and shear per triangle, tools that move.
+
+Frame k is time code k and 24 frames play in a second, so a slow-motion film of the run; the
+simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Every frame is saved
+as it comes, into ``.NAME.partial.usdc`` beside the final file; `UsdWriter.close` renames it. A
+killed run leaves the partial file, which opens with the frames saved so far (the library updates
+the file's index in place: only a kill or power cut inside the millisecond of a save can spoil it).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Sdf, Tf, Usd
+
+from warpdrape.errors import InputError, RunFailed
+from warpdrape.run_folder import partial_path
+from warpdrape.usd_stage import (
+    TIME_ATTRIBUTE,
+    MeshPrim,
+    define_materials,
+    define_ply,
+    define_tool,
+    extent,
+    set_up_stage,
+    shear_color,
+    to_usd,
+)
+
+FRAMES_PER_SECOND = 24.0
+"""Frames that a viewer plays in a second, by default."""
+
+
+@dataclass(frozen=True)
+class PlyShape:
+    """A ply as it lies on the table.
+
+    Args:
+        name: the ply's name; made a valid USD identifier in the file.
+        rest_points: the flat blank [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+    """
+
+    name: str
+    rest_points: ArrayLike
+    triangles: ArrayLike
+
+
+@dataclass(frozen=True)
+class ToolShape:
+    """A rigid tool where it starts.
+
+    Args:
+        name: the tool's name; made a valid USD identifier in the file.
+        vertices: vertex positions at translation zero [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+    """
+
+    name: str
+    vertices: ArrayLike
+    triangles: ArrayLike
+
+
+@dataclass(frozen=True)
+class PlyFrame:
+    """One ply at one moment; all but ``points`` per triangle.
+
+    Args:
+        points: vertex positions [m], shape (n, 3).
+        warp: unit warp directions, shape (m, 3).
+        weft: unit weft directions, shape (m, 3).
+        shear_angle_deg: signed shear angle [deg], shape (m,).
+        warp_strain: strain of the warp yarns, shape (m,).
+        weft_strain: strain of the weft yarns, shape (m,).
+        warp_tension: [N per metre of width], shape (m,).
+        weft_tension: [N per metre of width], shape (m,).
+    """
+
+    points: ArrayLike
+    warp: ArrayLike
+    weft: ArrayLike
+    shear_angle_deg: ArrayLike
+    warp_strain: ArrayLike
+    weft_strain: ArrayLike
+    warp_tension: ArrayLike
+    weft_tension: ArrayLike
+
+
+class UsdWriter:
+    """Write the animation frame by frame; a context manager.
+
+    Args:
+        path: the final file, ``….usdc``; its folder exists and the file does not.
+        plies: the plies, in the order in which `write` gets their frames.
+        tools: the tools, in the order of `write`'s translations; may be empty.
+        frames_per_second: frames that a viewer plays in a second.
+
+    Raises: InputError when a name appears twice, a mesh is unusable, or a file is in the way.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        plies: Sequence[PlyShape],
+        tools: Sequence[ToolShape] = (),
+        *,
+        frames_per_second: float = FRAMES_PER_SECOND,
+    ) -> None:
+        self.path = Path(path)
+        self.partial_path = partial_path(self.path)
+        for taken in (self.path, self.partial_path):
+            if taken.exists():
+                raise InputError(f"path = {taken} exists already: remove it or choose another name")
+        self._meshes = [MeshPrim.check("ply", p.name, p.rest_points, p.triangles) for p in plies]
+        tool_meshes = [MeshPrim.check("tool", t.name, t.vertices, t.triangles) for t in tools]
+        for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
+            _refuse_duplicates(kind, meshes)
+        self._last = -1
+        self._stage: Usd.Stage | None = _create(self.partial_path)
+        set_up_stage(self._stage, frames_per_second)
+        cloth, metal = define_materials(self._stage)
+        self._plies = [define_ply(self._stage, mesh, cloth) for mesh in self._meshes]
+        self._tools = [define_tool(self._stage, mesh, metal) for mesh in tool_meshes]
+        self._time = self._stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
+        self._save()
+
+    def write(
+        self,
+        frame_index: int,
+        time_s: float,
+        ply_frames: Sequence[PlyFrame],
+        tool_translations: ArrayLike = (),
+    ) -> None:
+        """Add one frame and save it to disk; all of it or, when a value is unusable, nothing.
+
+        Args:
+            frame_index: the time code; each one above the one before.
+            time_s: simulated time [s].
+            ply_frames: one per ply.
+            tool_translations: displacement of each tool since the start [m], shape (tool, 3).
+
+        Raises: ValueError naming ply and quantity when a value is not finite or a shape is wrong;
+            RunFailed when the disk refuses.
+        """
+        if self._stage is None:
+            raise ValueError(f"{self.path} is closed: no frame can be added")
+        if frame_index <= self._last:
+            raise ValueError(f"frame_index = {frame_index} must be above the last, {self._last}")
+        if len(ply_frames) != len(self._plies):
+            raise ValueError(f"{len(ply_frames)} ply frames for {len(self._plies)} plies")
+        frames = [_to_float32(m, f) for m, f in zip(self._meshes, ply_frames, strict=True)]
+        moves = np.asarray(tool_translations, np.float64)
+        if not self._tools:
+            moves = moves.reshape(-1, 3)
+        moves = _checked("tools", "translation", moves, (len(self._tools), 3))
+        if not np.isfinite(time_s):
+            raise ValueError(f"time_s = {time_s!r} of frame {frame_index} must be finite")
+        with Sdf.ChangeBlock():
+            for attributes, values in zip(self._plies, frames, strict=True):
+                for name, attribute in attributes.items():
+                    attribute.Set(to_usd(values[name]), frame_index)
+            for operation, move in zip(self._tools, moves, strict=True):
+                operation.Set(Gf.Vec3d(*map(float, move)), frame_index)
+            self._time.Set(float(time_s), frame_index)
+            if self._last < 0:
+                self._stage.SetStartTimeCode(frame_index)
+            self._stage.SetEndTimeCode(frame_index)
+        self._last = frame_index
+        self._save()
+
+    def close(self) -> None:
+        """Give the file its final name; without a single frame, leave no file at all."""
+        if self._stage is None:
+            return
+        self._plies, self._tools, self._time = [], [], None
+        self._stage = None  # the library lets go of the file, as Windows wants before a rename
+        if self._last < 0:
+            self.partial_path.unlink(missing_ok=True)
+            return
+        os.replace(self.partial_path, self.path)
+        stale = Sdf.Layer.Find(str(self.path))
+        if stale:  # someone in this process still looks at an older file of this name
+            stale.Reload(True)
+
+    def __enter__(self) -> UsdWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _save(self) -> None:
+        try:
+            self._stage.GetRootLayer().Save()
+        except Tf.ErrorException as error:
+            raise RunFailed(
+                f"{self.partial_path} could not be saved after frame {self._last}: "
+                "is the disk full? Free some space or write elsewhere"
+            ) from error
+
+
+def _create(path: Path) -> Usd.Stage:
+    try:
+        return Usd.Stage.CreateNew(str(path))
+    except Tf.ErrorException as error:
+        raise InputError(
+            f"path = {path} cannot be created: give a folder in which you may write, and a name "
+            "that ends in .usdc"
+        ) from error
+
+
+def _refuse_duplicates(kind: str, meshes: Sequence[MeshPrim]) -> None:
+    seen: dict[str, str] = {}
+    for mesh in meshes:
+        if mesh.prim_name in seen:
+            raise InputError(
+                f"{mesh.label} and {seen[mesh.prim_name]} would both be {mesh.prim_name!r} in the "
+                f"USD file: give each {kind} its own name"
+            )
+        seen[mesh.prim_name] = mesh.label
+
+
+def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray:
+    values = np.asarray(values)
+    if values.shape != shape:
+        raise ValueError(f"{label}: {quantity} has shape {values.shape}, must be {shape}")
+    bad = ~np.isfinite(values)
+    if bad.any():
+        first = int(np.argwhere(bad)[0, 0])
+        raise ValueError(
+            f"{label}: {quantity} has {int(bad.sum())} non-finite values, the first at {first}; "
+            "the frame was not written"
+        )
+    return values
+
+
+def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32]]:
+    """Return the frame's values by field name, checked, with colour and extent added."""
+    n, m = len(mesh.points), len(mesh.triangles)
+    shapes = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
+    with np.errstate(over="ignore"):  # an overflow becomes infinite and is refused below
+        values = {
+            f.name: np.asarray(getattr(frame, f.name), np.float64).astype(np.float32)
+            for f in fields(PlyFrame)
+        }
+    for name, value in values.items():
+        _checked(mesh.label, name, value, shapes.get(name, (m,)))
+    values["color"] = shear_color(values["shear_angle_deg"])
+    values["extent"] = extent(values["points"])
+    return values

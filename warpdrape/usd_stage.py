@@ -1,0 +1,189 @@
+"""What the USD stage looks like: prims, primvars, materials, colours; no frame is written here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
+
+from warpdrape.errors import InputError
+
+COLOR_RANGE_DEG = 60.0
+"""Shear angle at the bright end of ``displayColor`` [deg]; the dark end is 0."""
+TIME_ATTRIBUTE = "warpdrape:simulatedTime"
+"""Attribute of ``/World`` that holds the simulated time of each frame [s]."""
+
+_TOOL_COLOR = Gf.Vec3f(0.36, 0.38, 0.41)
+_TOOL_OPACITY = 0.35
+# viridis (perceptually uniform, CC0) at 17 even steps, sRGB in 1/255.
+_VIRIDIS = np.array(
+    [
+        (68, 1, 84), (72, 24, 106), (71, 45, 123), (66, 64, 134), (59, 82, 139), (51, 99, 141),
+        (44, 114, 142), (38, 130, 142), (33, 145, 140), (31, 160, 136), (40, 174, 128),
+        (63, 188, 115), (94, 201, 98), (132, 212, 75), (173, 220, 48), (216, 226, 25),
+        (253, 231, 37),
+    ]
+) / 255.0  # fmt: skip
+
+_FLOATS, _VECTORS = Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.Vector3fArray
+_PRIMVARS = {  # field of PlyFrame: (name, type, what the file says about it)
+    "warp": ("warp", _VECTORS, "current warp direction, unit length, world frame"),
+    "weft": ("weft", _VECTORS, "current weft direction, unit length, world frame"),
+    "shear_angle_deg": ("shearAngle", _FLOATS, "shear angle, signed [deg]"),
+    "warp_strain": ("warpStrain", _FLOATS, "warp yarn strain"),
+    "weft_strain": ("weftStrain", _FLOATS, "weft yarn strain"),
+    "warp_tension": ("warpTension", _FLOATS, "warp tension [N per metre of width]"),
+    "weft_tension": ("weftTension", _FLOATS, "weft tension [N per metre of width]"),
+}
+
+
+@dataclass(frozen=True)
+class MeshPrim:
+    """A checked mesh under the name that it has in the file.
+
+    Args:
+        label: how errors call it: kind and the user's name.
+        prim_name: the name in the file, a valid USD identifier.
+        points: vertex positions [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+    """
+
+    label: str
+    prim_name: str
+    points: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+
+    @staticmethod
+    def check(kind: str, name: str, points: ArrayLike, triangles: ArrayLike) -> MeshPrim:
+        """Return the mesh; raise `InputError` naming it when it is unusable."""
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{kind} name = {name!r} must be a word, such as {kind}_0")
+        label = f"{kind} {name!r}"
+        points, triangles = np.asarray(points, np.float64), np.asarray(triangles)
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"{label}: points must be finite and of shape (n, 3)")
+        if triangles.ndim != 2 or triangles.shape[1] != 3 or triangles.dtype.kind not in "iu":
+            raise InputError(f"{label}: triangles must be integers of shape (m, 3)")
+        if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(points):
+            raise InputError(
+                f"{label}: triangles must be one or more, of vertices 0 to {len(points) - 1}"
+            )
+        identifier = Tf.MakeValidIdentifier(name)
+        return MeshPrim(label, identifier, points.astype(np.float32), triangles.astype(np.int32))
+
+
+def shear_color(shear_angle_deg: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return colours of |γ|, from dark at 0 to bright at 60° and beyond.
+
+    USD colours are linear light, so the sRGB values of the scale are decoded.
+
+    Args:
+        shear_angle_deg: signed shear angles [deg], shape (m,).
+    """
+    at = np.clip(np.abs(shear_angle_deg) / COLOR_RANGE_DEG, 0.0, 1.0) * (len(_VIRIDIS) - 1)
+    steps = np.arange(len(_VIRIDIS))
+    srgb = np.stack([np.interp(at, steps, _VIRIDIS[:, c]) for c in range(3)], axis=-1)
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)
+
+
+def extent(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the lowest and the highest corner of the box round ``points``, shape (2, 3)."""
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def to_usd(values: NDArray[np.float32]) -> Vt.FloatArray | Vt.Vec3fArray:
+    """Return ``values`` of shape (n,) or (n, 3) as the array that USD stores."""
+    array = Vt.FloatArray if values.ndim == 1 else Vt.Vec3fArray
+    return array.FromNumpy(np.ascontiguousarray(values))
+
+
+def set_up_stage(stage: Usd.Stage, frames_per_second: float) -> None:
+    """Author units, axis, frame rate, and the prims that hold everything else."""
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    stage.SetTimeCodesPerSecond(frames_per_second)
+    stage.SetFramesPerSecond(frames_per_second)
+    world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
+    stage.SetDefaultPrim(world)
+    time = world.CreateAttribute(TIME_ATTRIBUTE, Sdf.ValueTypeNames.Double, custom=True)
+    time.SetDocumentation("simulated time of the frame [s]")
+    for folder in ("plies", "tools"):
+        UsdGeom.Xform.Define(stage, f"/World/{folder}")
+    UsdGeom.Scope.Define(stage, "/World/materials")
+
+
+def define_materials(stage: Usd.Stage) -> tuple[UsdShade.Material, UsdShade.Material]:
+    """Return the cloth, coloured by ``displayColor``, and the tools' translucent grey metal."""
+    color = Sdf.ValueTypeNames.Color3f
+    cloth, surface = _define_surface(stage, "ply", roughness=0.7, metallic=0.0, opacity=1.0)
+    reader = UsdShade.Shader.Define(stage, cloth.GetPath().AppendChild("color"))
+    reader.CreateIdAttr("UsdPrimvarReader_float3")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
+    output = reader.CreateOutput("result", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("diffuseColor", color).ConnectToSource(output)
+    metal, surface = _define_surface(
+        stage, "tool", roughness=0.35, metallic=0.6, opacity=_TOOL_OPACITY
+    )
+    surface.CreateInput("diffuseColor", color).Set(_TOOL_COLOR)
+    return cloth, metal
+
+
+def _define_surface(
+    stage: Usd.Stage, name: str, **numbers: float
+) -> tuple[UsdShade.Material, UsdShade.Shader]:
+    material = UsdShade.Material.Define(stage, f"/World/materials/{name}")
+    surface = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("surface"))
+    surface.CreateIdAttr("UsdPreviewSurface")
+    for key, value in numbers.items():
+        surface.CreateInput(key, Sdf.ValueTypeNames.Float).Set(value)
+    output = surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
+    material.CreateSurfaceOutput().ConnectToSource(output)
+    return material, surface
+
+
+def _define_mesh(
+    stage: Usd.Stage, folder: str, mesh: MeshPrim, material: UsdShade.Material
+) -> UsdGeom.Mesh:
+    usd_mesh = UsdGeom.Mesh.Define(stage, f"/World/{folder}/{mesh.prim_name}")
+    usd_mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    usd_mesh.CreateDoubleSidedAttr(True)
+    counts = np.full(len(mesh.triangles), 3, np.int32)
+    usd_mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(counts))
+    usd_mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.triangles.ravel()))
+    UsdShade.MaterialBindingAPI.Apply(usd_mesh.GetPrim()).Bind(material)
+    return usd_mesh
+
+
+def define_ply(
+    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material
+) -> dict[str, Usd.Attribute]:
+    """Return the attributes that get a value per frame, by the name of the value."""
+    usd_mesh = _define_mesh(stage, "plies", mesh, material)
+    primvars = UsdGeom.PrimvarsAPI(usd_mesh)
+    rest = primvars.CreatePrimvar(
+        "restPoints", Sdf.ValueTypeNames.Point3fArray, UsdGeom.Tokens.vertex
+    )
+    rest.Set(to_usd(mesh.points))
+    rest.GetAttr().SetDocumentation("the flat blank [m]")
+    attributes = {"points": usd_mesh.CreatePointsAttr(), "extent": usd_mesh.CreateExtentAttr()}
+    for key, (name, kind, text) in _PRIMVARS.items():
+        attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.uniform).GetAttr()
+        attribute.SetDocumentation(text)
+        attributes[key] = attribute
+    color = usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).GetAttr()
+    color.SetDocumentation("shear angle |γ| on the viridis scale (linear light)")
+    color.SetCustomData({"scale": "viridis", "minimumDeg": 0.0, "maximumDeg": COLOR_RANGE_DEG})
+    return attributes | {"color": color}
+
+
+def define_tool(stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material) -> UsdGeom.XformOp:
+    """Return the translation, which gets a value per frame."""
+    usd_mesh = _define_mesh(stage, "tools", mesh, material)
+    usd_mesh.CreatePointsAttr(to_usd(mesh.points))
+    usd_mesh.CreateExtentAttr(to_usd(extent(mesh.points)))
+    usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_COLOR])
+    usd_mesh.CreateDisplayOpacityPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_OPACITY])
+    return usd_mesh.AddTranslateOp()
