@@ -2,7 +2,8 @@
 
 Penalty stiffness follows the masses that meet, k = share · m / Δt², so that no vertex is driven
 beyond its own stable step. A stuck point hangs on a tangential spring of the same stiffness; where
-the spring would exceed μ times the normal force it slips, and what the spring loses is friction work.
+the spring would exceed μ times the normal force it slips. Forces act over the step centred on them,
+so the friction work of a step is that of the mean of its two ends' spring forces.
 """
 
 import warp as wp
@@ -53,25 +54,22 @@ def contact_traction(
     t = Traction()
     stiffness = law.share * mass / (law.time_step * law.time_step)
     half = wp.float64(0.5)
-    if gap >= wp.float64(0.0):
-        t.friction = half * stiffness * wp.dot(spring, spring)
-        return t
-
-    approach = wp.dot(normal, velocity)
-    elastic = -stiffness * gap
-    dashpot = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
-    pressure = wp.max(elastic - dashpot * approach, wp.float64(0.0))
-    t.damping = (elastic - pressure) * approach * law.time_step
-
     trial = spring + law.time_step * velocity
     trial = trial - wp.dot(normal, trial) * normal
-    length = wp.length(trial)
-    limit = friction * pressure / stiffness
-    t.spring = trial
-    if length > limit:
-        t.spring = (limit / length) * trial
-        t.slip = length - limit
-        t.friction = half * stiffness * (length * length - limit * limit)
-    t.force = pressure * normal - stiffness * t.spring
-    t.stored = half * stiffness * (gap * gap + wp.dot(t.spring, t.spring))
+    if gap < wp.float64(0.0):
+        approach = wp.dot(normal, velocity)
+        elastic = -stiffness * gap
+        dashpot = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
+        pressure = wp.max(elastic - dashpot * approach, wp.float64(0.0))
+        t.damping = (elastic - pressure) * approach * law.time_step
+        length = wp.length(trial)
+        limit = friction * pressure / stiffness
+        t.spring = trial
+        if length > limit:
+            t.spring = (limit / length) * trial
+            t.slip = length - limit
+        t.force = pressure * normal - stiffness * t.spring
+        t.stored = half * stiffness * (gap * gap + wp.dot(t.spring, t.spring))
+    # Work of the mean of old and new spring force over the step, less what the spring took up.
+    t.friction = half * stiffness * wp.dot(spring + t.spring, trial - t.spring)
     return t

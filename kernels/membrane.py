@@ -293,26 +293,3 @@ def measure_isotropic(
     strain[t] = triangle_strain(k1, k2)
     line_tension[t] = wp.vec2d(stress[0], stress[1])
     energy[t] = wp.vec3d(areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0))
-
-
-@wp.kernel(enable_backward=False)
-def compute_yarn_directions(
-    triangles: wp.array2d(dtype=wp.int32),
-    gradients: wp.array(dtype=wp.vec4d),
-    rest_angle: wp.float64,
-    x: wp.array(dtype=wp.vec3d),
-    along_warp: wp.array(dtype=wp.vec3d),
-    along_weft: wp.array(dtype=wp.vec3d),
-    angle: wp.array(dtype=wp.float64),
-):
-    """Compute unit yarn directions [-] and the shear angle [rad]; one thread a triangle."""
-    t = wp.tid()
-    a = triangles[t, 0]
-    d = gradients[t]
-    edge_b = x[triangles[t, 1]] - x[a]
-    edge_c = x[triangles[t, 2]] - x[a]
-    k1 = warp_vector(d, edge_b, edge_c)
-    k2 = weft_vector(d, edge_b, edge_c)
-    along_warp[t] = wp.normalize(k1)
-    along_weft[t] = wp.normalize(k2)
-    angle[t] = shear_angle(k1, k2, rest_angle)

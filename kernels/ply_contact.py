@@ -28,7 +28,6 @@ class PlyFaces:
     """The ply whose triangles are searched."""
 
     mesh: wp.uint64
-    first_vertex: wp.int32
     first_triangle: wp.int32
     side: wp.float64  # +1: searched from above, −1: from below
     thickness: wp.float64  # m between the mid-surfaces in contact
@@ -78,6 +77,7 @@ def leaves_the_edge(
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
     faces: PlyFaces,
+    pair: int,
     first_vertex: int,
     first_slot: int,
     reach: wp.float64,
@@ -93,6 +93,7 @@ def find_ply_contacts(
 
     Args:
         faces: the searched ply.
+        pair: number of the pair of plies.
         first_vertex: of the searching ply.
         first_slot: where its contacts with the searched ply are kept.
         reach: distance beyond the thickness that counts as near [m].
@@ -102,7 +103,7 @@ def find_ply_contacts(
         x: positions [m], shape [vertex].
         normals: vertex normals, any length, shape [vertex].
         contacts: shape [slot]; overwritten.
-        deepest: largest penetration seen so far [m], shape [1]; raised.
+        deepest: largest penetration seen so far [m], shape [pair]; raised.
     """
     thread = wp.tid()
     i = first_vertex + thread
@@ -132,7 +133,7 @@ def find_ply_contacts(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     if gap < wp.float64(0.0):
-        wp.atomic_max(deepest, 0, -gap)
+        wp.atomic_max(deepest, pair, -gap)
 
 
 @wp.kernel(enable_backward=False)
@@ -174,6 +175,10 @@ def add_ply_forces(
     i = first_vertex + thread
     slot = first_slot + thread
     if contacts[slot].near == 0:
+        if stored[slot] > wp.float64(0.0):  # slid over the other ply's edge
+            lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
+            stored[slot] = wp.float64(0.0)
+            springs[slot] = wp.vec3d()
         return
     a = contacts[slot].a
     b = contacts[slot].b
@@ -182,8 +187,7 @@ def add_ply_forces(
     normal = contacts[slot].normal
     gap = wp.dot(normal, x[i] - (w[0] * x[a] + w[1] * x[b] + w[2] * x[c])) - thickness
     old = springs[slot]
-    if gap >= wp.float64(0.0) and wp.dot(old, old) == wp.float64(0.0):
-        stored[slot] = wp.float64(0.0)
+    if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return
     velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
     inverse = wp.float64(1.0) / mass[i] + (

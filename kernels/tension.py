@@ -19,21 +19,27 @@ class LinearTension:
 class TabulatedTension:
     """Cubic-spline energy surface over a regular grid of (ε1, ε2), continued outside it.
 
-    Above the grid the tensions go on linearly; below it they change by ``compressive_stiffness``.
+    Above the grid the tensions go on linearly, with ``stiffness``. Below it a yarn's tension fades
+    over the strain ``fading`` and ``compressive_stiffness`` takes over: a linear continuation would
+    press the other family together without end.
     """
 
     origin: wp.vec2d  # strain at the first knot
     spacing: wp.vec2d  # strain
     intervals: wp.vec2i
+    stiffness: wp.vec2d  # N/m per unit strain
     compressive_stiffness: wp.vec2d  # N/m per unit strain
+    fading: wp.vec2d  # strain
     coefficients: wp.array2d(dtype=wp.float64)  # J/m², shape [intervals_1 + 3, intervals_2 + 3]
 
 
 @wp.func
 def linear_tension(law: LinearTension, strain: wp.vec2d) -> wp.vec2d:
     """Line tensions [N/m]."""
-    factor1 = wp.where(strain[0] < wp.float64(0.0), law.compressive_factor, wp.float64(1.0))
-    factor2 = wp.where(strain[1] < wp.float64(0.0), law.compressive_factor, wp.float64(1.0))
+    one = wp.float64(1.0)
+    compressed = wp.float64(law.compressive_factor)
+    factor1 = compressed if strain[0] < wp.float64(0.0) else one
+    factor2 = compressed if strain[1] < wp.float64(0.0) else one
     return wp.vec2d(
         factor1 * law.stiffness[0] * strain[0], factor2 * law.stiffness[1] * strain[1]
     )
@@ -79,33 +85,36 @@ def spline_slopes(u: wp.float64) -> wp.vec4d:
 
 
 @wp.func
-def spline_curvatures(u: wp.float64) -> wp.vec4d:
-    """Their second derivatives by u."""
-    w = wp.float64(1.0) - u
-    return wp.vec4d(
-        w, wp.float64(3.0) * u - wp.float64(2.0), wp.float64(3.0) * w - wp.float64(2.0), u
-    )
+def continued_values(u: wp.float64, fading: wp.float64) -> wp.vec4d:
+    """B-splines continued with their slope above 1, and with a slope that fades below 0."""
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    inside = wp.clamp(u, zero, one)
+    step = wp.max(u - one, zero) + fading * (wp.exp(wp.min(u, zero) / fading) - one)
+    return spline_values(inside) + step * spline_slopes(inside)
 
 
 @wp.func
-def continued_values(u: wp.float64) -> wp.vec4d:
-    """B-splines continued with slope below 0, and with slope and curvature above 1."""
-    inside = wp.clamp(u, wp.float64(0.0), wp.float64(1.0))
-    beyond = u - inside
-    values = spline_values(inside) + beyond * spline_slopes(inside)
-    if beyond > wp.float64(0.0):
-        values += (wp.float64(0.5) * beyond * beyond) * spline_curvatures(inside)
-    return values
-
-
-@wp.func
-def continued_slopes(u: wp.float64) -> wp.vec4d:
+def continued_slopes(u: wp.float64, fading: wp.float64) -> wp.vec4d:
     """Derivative of `continued_values`."""
-    inside = wp.clamp(u, wp.float64(0.0), wp.float64(1.0))
-    slopes = spline_slopes(inside)
-    if u > wp.float64(1.0):
-        slopes += (u - inside) * spline_curvatures(inside)
-    return slopes
+    zero = wp.float64(0.0)
+    inside = wp.clamp(u, zero, wp.float64(1.0))
+    return wp.exp(wp.min(u, zero) / fading) * spline_slopes(inside)
+
+
+@wp.func
+def outside(law: TabulatedTension, family: int, strain: wp.float64) -> wp.vec2d:
+    """Strain below the grid (negative) and above it (positive)."""
+    zero = wp.float64(0.0)
+    first = law.origin[family]
+    last = first + law.spacing[family] * wp.float64(law.intervals[family])
+    return wp.vec2d(wp.min(strain - first, zero), wp.max(strain - last, zero))
+
+
+@wp.func
+def outside_stiffness(law: TabulatedTension, family: int) -> wp.vec2d:
+    """Stiffness below and above the grid [N/m]."""
+    return wp.vec2d(law.compressive_stiffness[family], law.stiffness[family])
 
 
 @wp.func
@@ -127,14 +136,17 @@ def tabulated_tension(law: TabulatedTension, strain: wp.vec2d) -> wp.vec2d:
     j = knot_interval(strain[1], law.origin[1], law.spacing[1], law.intervals[1])
     u = (strain[0] - law.origin[0]) / law.spacing[0] - wp.float64(i)
     v = (strain[1] - law.origin[1]) / law.spacing[1] - wp.float64(j)
-    n1 = spline_sum(law.coefficients, i, j, continued_slopes(u), continued_values(v))
-    n2 = spline_sum(law.coefficients, i, j, continued_values(u), continued_slopes(v))
-    below = wp.vec2d(
-        wp.min(strain[0] - law.origin[0], wp.float64(0.0)),
-        wp.min(strain[1] - law.origin[1], wp.float64(0.0)),
+    fade_u = law.fading[0] / law.spacing[0]
+    fade_v = law.fading[1] / law.spacing[1]
+    n1 = spline_sum(
+        law.coefficients, i, j, continued_slopes(u, fade_u), continued_values(v, fade_v)
     )
-    return wp.vec2d(n1 / law.spacing[0], n2 / law.spacing[1]) + wp.cw_mul(
-        law.compressive_stiffness, below
+    n2 = spline_sum(
+        law.coefficients, i, j, continued_values(u, fade_u), continued_slopes(v, fade_v)
+    )
+    return wp.vec2d(
+        n1 / law.spacing[0] + wp.dot(outside_stiffness(law, 0), outside(law, 0, strain[0])),
+        n2 / law.spacing[1] + wp.dot(outside_stiffness(law, 1), outside(law, 1, strain[1])),
     )
 
 
@@ -145,9 +157,16 @@ def tabulated_energy(law: TabulatedTension, strain: wp.vec2d) -> wp.float64:
     j = knot_interval(strain[1], law.origin[1], law.spacing[1], law.intervals[1])
     u = (strain[0] - law.origin[0]) / law.spacing[0] - wp.float64(i)
     v = (strain[1] - law.origin[1]) / law.spacing[1] - wp.float64(j)
-    surface = spline_sum(law.coefficients, i, j, continued_values(u), continued_values(v))
-    below = wp.vec2d(
-        wp.min(strain[0] - law.origin[0], wp.float64(0.0)),
-        wp.min(strain[1] - law.origin[1], wp.float64(0.0)),
+    inside = spline_sum(
+        law.coefficients,
+        i,
+        j,
+        continued_values(u, law.fading[0] / law.spacing[0]),
+        continued_values(v, law.fading[1] / law.spacing[1]),
     )
-    return surface + wp.float64(0.5) * wp.dot(wp.cw_mul(law.compressive_stiffness, below), below)
+    out1 = outside(law, 0, strain[0])
+    out2 = outside(law, 1, strain[1])
+    beyond = wp.dot(outside_stiffness(law, 0), wp.cw_mul(out1, out1)) + wp.dot(
+        outside_stiffness(law, 1), wp.cw_mul(out2, out2)
+    )
+    return inside + wp.float64(0.5) * beyond

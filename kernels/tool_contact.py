@@ -25,7 +25,6 @@ class ToolSearch:
 
     reach: wp.float64  # m beyond the offset within which a vertex counts as near
     radius: wp.float64  # m, of the mesh query
-    rest: wp.float64  # m of motion for which an unfound surface stays out of reach
 
 
 @wp.struct
@@ -197,7 +196,7 @@ def add_tool_forces(
             normal = contacts[tool, i].normal
             gap = wp.dot(normal, x[i] - tool_shift[tool] - contacts[tool, i].point) - offset[i]
             old = springs[tool, i]
-            if gap < wp.float64(0.0) or wp.dot(old, old) > wp.float64(0.0):
+            if gap < wp.float64(0.0) or stored[tool, i] > wp.float64(0.0):
                 t = contact_traction(
                     law, mass[i], friction[tool], gap, normal, v[i] - tool_velocity[tool], old
                 )

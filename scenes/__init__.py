@@ -1,0 +1,1 @@
+"""Runnable scenes; each module has ``build(**parameters) -> Scene``."""

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, nearest, positive
 from warpdrape.laws import (
+    CrimpInterchange,
     IsotropicMembrane,
-    LinearTension,
     NoShear,
     ShearLaw,
-    ShearPolynomial,
-    ShearTable,
-    TabulatedTension,
     TensionLaw,
+    falling_angle,
 )
+
+STATUSES = ("measured", "second-hand", "inferred", "assumed")
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,18 @@ class Source:
     Attributes:
         status: "measured", "second-hand", "inferred" or "assumed".
         text: the source in words.
+        doubt: what is to be verified, and why.
+        given: the value as the source gives it, with its unit.
     """
 
     status: str
     text: str
+    doubt: str = ""
+    given: str = ""
+
+    def __post_init__(self) -> None:
+        if self.status not in STATUSES:
+            raise InputError(f"status = {self.status!r}{nearest(self.status, STATUSES)}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +56,8 @@ class Fabric:
         compressive_factor: yarn stiffness in compression over that in tension [-].
         yarn_angle: angle from warp to weft in the flat ply [rad].
         sources: value name → where it comes from.
+        description: what it is, in a line.
+        doubts: what is uncertain about the fabric as a whole.
     """
 
     name: str
@@ -59,6 +70,8 @@ class Fabric:
     compressive_factor: float = 0.01
     yarn_angle: float = math.pi / 2
     sources: Mapping[str, Source] = field(default_factory=dict)
+    description: str = ""
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
@@ -75,14 +88,34 @@ class Fabric:
             raise InputError(f"compressive_factor = {self.compressive_factor} must lie in 0 … 1")
         if not math.radians(20) <= finite("yarn_angle", self.yarn_angle) <= math.radians(160):
             raise InputError(f"yarn_angle = {self.yarn_angle} rad must lie in 0.35 … 2.79 (20–160°)")
-        if not isinstance(self.tension, LinearTension | TabulatedTension | IsotropicMembrane):
+        if not isinstance(self.tension, TensionLaw):
             raise InputError(f"tension = {self.tension!r} is not a tension law")
-        if not isinstance(self.shear, ShearPolynomial | ShearTable | NoShear):
+        if not isinstance(self.shear, ShearLaw):
             raise InputError(f"shear = {self.shear!r} is not a shear law")
         if isinstance(self.tension, IsotropicMembrane) and (
             not isinstance(self.shear, NoShear) or abs(self.yarn_angle - math.pi / 2) > 1e-12
         ):
             raise InputError("an isotropic membrane shears by its own law: leave shear and yarn_angle out")
+        self._check_crimp()
+        falling = falling_angle(self.shear)
+        if falling is not None:
+            warnings.warn(
+                f"fabric {self.name!r}: the shear couple falls beyond {math.degrees(falling):.1f}°; "
+                "check the signs of its coefficients",
+                stacklevel=3,
+            )
+
+    def _check_crimp(self) -> None:
+        if not isinstance(self.tension, CrimpInterchange):
+            return
+        for family in ("warp", "weft"):
+            spacing = getattr(self.tension, f"spacing_{family}")
+            cell = getattr(self, f"cell_{family}")
+            if not math.isclose(spacing, cell, rel_tol=1e-6):
+                raise InputError(
+                    f"the crimp law's spacing_{family} = {spacing} m must equal "
+                    f"cell_{family} = {cell} m"
+                )
 
     @property
     def cell_area(self) -> float:

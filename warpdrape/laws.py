@@ -5,6 +5,7 @@ Each is a frozen, validated record; `warpdrape.membrane` turns it into what the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,11 @@ class TabulatedTension:
                 raise InputError(f"{name} must rise: {axis[at + 1]} follows {axis[at]}; sort the table")
             if np.ptp(steps) > 1e-6 * steps.max():
                 raise InputError(f"{name} must be evenly spaced: resample the table")
+            if not axis[0] <= 0.0 < axis[-1]:
+                raise InputError(
+                    f"{name} runs from {axis[0]} to {axis[-1]} and must hold zero strain: "
+                    "add the rows down to 0"
+                )
             object.__setattr__(self, name, axis)
         shape = (len(self.strain_warp), len(self.strain_weft))
         for name in ("tension_warp", "tension_weft"):
@@ -67,6 +73,53 @@ class TabulatedTension:
             if table.shape != shape or not np.isfinite(table).all():
                 raise InputError(f"{name} must hold finite tensions [N], shape {shape}")
             object.__setattr__(self, name, table)
+
+
+@dataclass(frozen=True)
+class CrimpInterchange:
+    """Saw-tooth yarns that straighten each other, with the height h1 + h2 of the weave kept.
+
+    T_i = t_i p_i (1 + ε_i)/L_i, t_i = EA_i (L_i/l_i − 1) while the yarn is taut, none while it is
+    slack; L_i² = (p_i (1 + ε_i))² + h_i² and t1 h1/L1 = t2 h2/L2.
+
+    Attributes:
+        spacing_warp: length of a warp yarn's cell along it [m], the fabric's ``cell_warp``.
+        spacing_weft: length of a weft yarn's cell along it [m], the fabric's ``cell_weft``.
+        crimp_warp: a warp yarn's length over its cell's, less one [-].
+        crimp_weft: the same of a weft yarn [-].
+        stiffness_warp: EA of a straight warp yarn [N per unit strain].
+        stiffness_weft: EA of a straight weft yarn [N per unit strain].
+    """
+
+    spacing_warp: float
+    spacing_weft: float
+    crimp_warp: float
+    crimp_weft: float
+    stiffness_warp: float
+    stiffness_weft: float
+
+    def __post_init__(self) -> None:
+        for family in ("warp", "weft"):
+            positive(f"spacing_{family}", getattr(self, f"spacing_{family}"), unit="m")
+            positive(f"stiffness_{family}", getattr(self, f"stiffness_{family}"), unit="N")
+            crimp = positive(f"crimp_{family}", getattr(self, f"crimp_{family}"), zero=True)
+            if crimp > 0.5:
+                raise InputError(
+                    f"crimp_{family} = {crimp} is above 0.5: give a fraction, 0.004 for 0.4 %"
+                )
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Length of a warp, a weft yarn in one cell at rest [m]."""
+        return self.spacing_warp * (1 + self.crimp_warp), self.spacing_weft * (1 + self.crimp_weft)
+
+    @property
+    def heights(self) -> tuple[float, float]:
+        """Height that a warp, a weft yarn climbs in one cell at rest [m]: √(l² − p²)."""
+        return (
+            self.spacing_warp * math.sqrt(self.crimp_warp * (2 + self.crimp_warp)),
+            self.spacing_weft * math.sqrt(self.crimp_weft * (2 + self.crimp_weft)),
+        )
 
 
 @dataclass(frozen=True)
@@ -185,5 +238,12 @@ class IsotropicMembrane:
             raise InputError(f"Poisson's ratio = {self.poisson} must lie between -1 and 0.5")
 
 
-TensionLaw = LinearTension | TabulatedTension | IsotropicMembrane
+TensionLaw = LinearTension | TabulatedTension | CrimpInterchange | IsotropicMembrane
 ShearLaw = ShearPolynomial | ShearTable | NoShear
+
+
+def falling_angle(shear: ShearLaw, up_to: float = math.radians(80)) -> float | None:
+    """Shear angle [rad] where a couple begins to fall, None where it never does up to ``up_to``."""
+    angles = np.linspace(0.0, up_to, 8001)
+    falls = np.asarray(shear.slope(angles)) < 0.0
+    return float(angles[np.argmax(falls)]) if falls.any() else None

@@ -126,12 +126,14 @@ def _lattice(
 ) -> tuple[Points, NDArray[np.int64]]:
     """A lattice turned by ``angle`` [rad] about the outline's middle that covers it all."""
     x0, y0, x1, y1 = outline.bounds
-    reach = math.ceil(0.5 * math.hypot(x1 - x0, y1 - y0) / edge) + 1
-    lines = edge * np.arange(-reach, reach + 1)
-    points, rows = squares(lines, lines, crossed=crossed)
     cos, sin = math.cos(angle), math.sin(angle)
-    middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
-    return points @ np.array([[cos, sin], [-sin, cos]]) + middle, rows
+    turn = np.array([[cos, sin], [-sin, cos]])
+    lines = [
+        edge * np.arange(-count, count + 1)
+        for count in np.ceil(0.5 / edge * np.abs(turn) @ (x1 - x0, y1 - y0)).astype(int) + 1
+    ]
+    points, rows = squares(*lines, crossed=crossed)
+    return points @ turn + (0.5 * (x0 + x1), 0.5 * (y0 + y1)), rows
 
 
 def _random_mesh(outline: Outline, edge: float, seed: int) -> FlatMesh:

@@ -173,7 +173,7 @@ def _check_writable(path: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> str:
-    return f"{path} could not be written ({error.strerror}): is the disk full? Free some space or write elsewhere"
+    return f"{path} could not be written ({error.strerror}): free some space or write elsewhere"
 
 
 def _words(files: list[Path]) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from warpdrape.errors import InputError
 from warpdrape.flat_mesh import FlatMesh
-from warpdrape.outlines import Outline, Points, closed_segments, enclosed
+from warpdrape.outlines import Outline, Points, enclosed
 
 Rows = NDArray[np.int64]
 """Vertex indices, a row an edge or a triangle."""

@@ -74,19 +74,27 @@ class MeshPrim:
         return MeshPrim(label, identifier, points.astype(np.float32), triangles.astype(np.int32))
 
 
+def _linear_scale(colors: int) -> NDArray[np.float32]:
+    """Return the scale in even steps as linear light, which USD takes colours to be."""
+    at = np.linspace(0.0, len(_VIRIDIS) - 1.0, colors)
+    steps = np.arange(len(_VIRIDIS))
+    srgb = np.stack([np.interp(at, steps, _VIRIDIS[:, c]) for c in range(3)], axis=1)
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)
+
+
+_SCALE = _linear_scale(1201)  # steps of 0.05°
+
+
 def shear_color(shear_angle_deg: NDArray[np.floating]) -> NDArray[np.float32]:
     """Return colours of |γ|, from dark at 0 to bright at 60° and beyond.
-
-    USD colours are linear light, so the sRGB values of the scale are decoded.
 
     Args:
         shear_angle_deg: signed shear angles [deg], shape (m,).
     """
-    at = np.clip(np.abs(shear_angle_deg) / COLOR_RANGE_DEG, 0.0, 1.0) * (len(_VIRIDIS) - 1)
-    steps = np.arange(len(_VIRIDIS))
-    srgb = np.stack([np.interp(at, steps, _VIRIDIS[:, c]) for c in range(3)], axis=-1)
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    return linear.astype(np.float32)
+    last = len(_SCALE) - 1
+    at = np.minimum(np.abs(shear_angle_deg) * (last / COLOR_RANGE_DEG), last)
+    return _SCALE[np.rint(at).astype(np.intp)]
 
 
 def extent(points: NDArray[np.float32]) -> NDArray[np.float32]:

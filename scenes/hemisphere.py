@@ -1,0 +1,41 @@
+"""One ply formed by a hemispherical punch through a die, under a floating blank holder."""
+
+from warpdrape import Ply, Scene
+from warpdrape.scenes.press import hemisphere_tools
+from warpdrape.units import deg
+
+
+def build(
+    *,
+    angle_deg: float = 0.0,
+    cells: int = 20,
+    blank_size: float = 0.3,
+    travel: float = 0.075,
+    duration: float = 0.08,
+    holder_force: float = 100.0,
+    friction: float = 0.2,
+    fabric: str = "carbon_interlock",
+    mesh: str = "grid",
+    facet: float = 5e-3,
+    contact_share: float = 0.02,
+) -> Scene:
+    """Build the hemisphere on the reference press, with one square ply.
+
+    Args:
+        angle_deg: from the blank's side to the warp [deg].
+        cells: squares of four triangles along a side.
+        blank_size: side of the blank [m].
+        travel: punch travel [m].
+        duration: of the stroke [s].
+        holder_force: on the blank holder [N].
+        friction: Coulomb coefficient of tools on the ply [-].
+        fabric: name or file of a fabric.
+        mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
+        facet: size of the tools' facets [m].
+        contact_share: penalty stiffness over m/Δt² [-].
+    """
+    parameters = dict(locals())
+    ply = Ply.rectangle(
+        "ply_0", fabric, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
+    )
+    return hemisphere_tools("hemisphere", [ply], parameters, friction)

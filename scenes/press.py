@@ -1,0 +1,56 @@
+"""The reference press: a hemisphere of 75 mm through a die ring of 78 mm, under a ring held by a force.
+
+The paper's Figure 4 prints no dimensions; these are this project's own.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from warpdrape import Float, Numerics, Ply, Scene, Stroke, Tool, lay_up, stack_top
+from warpdrape.units import kg, mm
+
+PUNCH_RADIUS = 75 * mm
+DIE_RADIUS = 78 * mm
+DIE_EDGE = 10 * mm
+HOLDER_RADIUS = 88 * mm
+RING_RADIUS = 230 * mm
+HOLDER_MASS = 0.5 * kg
+FORCE_RAMP = 0.05
+"""Share of the stroke in which the holder's force rises [-]."""
+
+
+def hemisphere_tools(
+    name: str,
+    plies: Sequence[Ply],
+    parameters: Mapping[str, Any],
+    friction: float,
+    ply_friction: float = 0.3,
+) -> Scene:
+    """Put plies on the die, from the bottom up, and the other tools on them.
+
+    Args:
+        name: of the scene.
+        plies: from the die up.
+        parameters: of the scene; travel, duration, holder_force, facet and contact_share are used.
+        friction: Coulomb coefficient of tools on plies [-].
+        ply_friction: between plies [-].
+    """
+    plies = lay_up(plies)
+    top = stack_top(plies)
+    facet, duration = parameters["facet"], parameters["duration"]
+    stroke = Stroke(travel=(0.0, 0.0, -parameters["travel"]), duration=duration)
+    press = Float(force=parameters["holder_force"], mass=HOLDER_MASS, ramp=FORCE_RAMP * duration)
+    ring = {"outer_radius": RING_RADIUS, "facet": facet}
+    die = Tool.die(hole_radius=DIE_RADIUS, edge_radius=DIE_EDGE, depth=60 * mm, **ring)
+    punch = Tool.punch(radius=PUNCH_RADIUS, facet=facet, motion=stroke)
+    holder = Tool.blank_holder(hole_radius=HOLDER_RADIUS, motion=press, **ring)
+    return Scene(
+        name=name,
+        plies=plies,
+        tools=[punch.moved((0.0, 0.0, top)), die, holder.moved((0.0, 0.0, top))],
+        duration=duration,
+        friction=friction,
+        ply_friction=ply_friction,
+        numerics=Numerics(contact_share=parameters["contact_share"]),
+        parameters=parameters,
+    )

@@ -1,0 +1,50 @@
+"""Three plies at +45/0/+45 formed at once by a hemispherical punch (paper, Figure 5)."""
+
+from warpdrape import Ply, Scene
+from warpdrape.scenes.press import hemisphere_tools
+from warpdrape.units import deg
+
+ANGLES_DEG = (45.0, 0.0, 45.0)
+"""Warp angles from the die up: the paper's ±45°, 0-90°, ±45° [deg]."""
+
+
+def build(
+    *,
+    angle_deg: float = 0.0,
+    cells: int = 20,
+    blank_size: float = 0.3,
+    travel: float = 0.075,
+    duration: float = 0.08,
+    holder_force: float = 100.0,
+    friction: float = 0.2,
+    ply_friction: float = 0.3,
+    fabric: str = "carbon_interlock",
+    mesh: str = "grid",
+    facet: float = 5e-3,
+    contact_share: float = 0.02,
+) -> Scene:
+    """Build the hemisphere on the reference press, with three square plies.
+
+    Args:
+        angle_deg: turns the yarns of all plies [deg].
+        cells: squares of four triangles along a side.
+        blank_size: side of the blanks [m].
+        travel: punch travel [m].
+        duration: of the stroke [s].
+        holder_force: on the blank holder [N].
+        friction: Coulomb coefficient of tools on plies [-].
+        ply_friction: Coulomb coefficient between plies [-].
+        fabric: name or file of a fabric.
+        mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
+        facet: size of the tools' facets [m].
+        contact_share: penalty stiffness over m/Δt² [-].
+    """
+    parameters = dict(locals())
+    plies = [
+        Ply.rectangle(
+            f"ply_{k}", fabric, blank_size, cells=cells, mesh=mesh,
+            warp_angle=(angle_deg + angle) * deg,
+        )
+        for k, angle in enumerate(ANGLES_DEG)
+    ]
+    return hemisphere_tools("three_ply_hemisphere", plies, parameters, friction, ply_friction)

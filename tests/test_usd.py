@@ -1,0 +1,262 @@
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
+from synthetic_run import ANGLES_DEG, FRAMES, STROKE_S, frames_at, shapes, write_run
+
+from warpdrape.errors import InputError, RunFailed
+from warpdrape.usd import PlyShape, UsdWriter
+from warpdrape.usd_stage import TIME_ATTRIBUTE, shear_color
+
+
+@pytest.fixture(scope="module")
+def scene_path(tmp_path_factory):
+    return write_run(tmp_path_factory.mktemp("usd") / "run").scene_path
+
+
+@pytest.fixture
+def stage(scene_path):
+    return Usd.Stage.Open(str(scene_path))
+
+
+def writer_in(folder: Path) -> UsdWriter:
+    return UsdWriter(folder / "scene.usdc", *shapes())
+
+
+def test_stage_is_as_promised(stage):
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert stage.GetDefaultPrim().GetPath() == "/World"
+    assert stage.GetTimeCodesPerSecond() == 24.0
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0.0, FRAMES - 1.0)
+    time = stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
+    assert [time.Get(k) for k in range(FRAMES)] == pytest.approx(
+        [STROKE_S * k / (FRAMES - 1) for k in range(FRAMES)], abs=1e-15
+    )
+
+
+def test_ply_holds_what_an_outside_tool_reads(stage):
+    prims = stage.GetPrimAtPath("/World/plies").GetChildren()
+    assert [p.GetName() for p in prims] == ["ply_0", "ply_1", "ply_2"]
+    for prim, angle in zip(prims, ANGLES_DEG, strict=True):
+        mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
+        assert mesh.GetSubdivisionSchemeAttr().Get() == "none"
+        assert mesh.GetDoubleSidedAttr().Get()
+        times = mesh.GetPointsAttr().GetTimeSamples()
+        assert times == [float(k) for k in range(FRAMES)]
+        assert mesh.GetExtentAttr().GetTimeSamples() == times
+        assert mesh.GetFaceVertexIndicesAttr().GetNumTimeSamples() == 0
+        rest = primvars.GetPrimvar("restPoints")
+        assert (rest.GetInterpolation(), rest.GetAttr().GetNumTimeSamples()) == ("vertex", 0)
+        assert rest.GetTypeName() == "point3f[]"
+        for name in ("warp", "weft", "shearAngle", "warpStrain", "weftStrain", "warpTension",
+                     "weftTension", "displayColor"):  # fmt: skip
+            primvar = primvars.GetPrimvar(name)
+            assert primvar.GetInterpolation() == "uniform"
+            assert primvar.GetAttr().GetTimeSamples() == times
+        check_yarns(mesh, primvars, np.array(rest.Get(), float), angle)
+
+
+def check_yarns(mesh, primvars, rest, angle_deg):
+    """Compute yarn directions and shear again, from nothing but the points."""
+    a, b, c = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3).T
+    for k in (0, FRAMES - 1):
+        x = np.array(mesh.GetPointsAttr().Get(k), float)
+        flat = np.stack([rest[b] - rest[a], rest[c] - rest[a]], 2)[:, :2]
+        gradient = np.stack([x[b] - x[a], x[c] - x[a]], 2) @ np.linalg.inv(flat)
+        t = np.radians(angle_deg)
+        warp, weft = gradient @ [np.cos(t), np.sin(t)], gradient @ [-np.sin(t), np.cos(t)]
+        warp /= np.linalg.norm(warp, axis=1)[:, None]
+        weft /= np.linalg.norm(weft, axis=1)[:, None]
+        shear = 90 - np.degrees(np.arccos(np.clip((warp * weft).sum(1), -1, 1)))
+        if k:
+            assert abs(shear).max() > 5.0
+        for name, expected, tolerance in (
+            ("warp", warp, 1e-5),  # float32 of points 0.1 m away over 0.05 m edges
+            ("weft", weft, 1e-5),
+            ("shearAngle", shear, 1e-3),
+        ):
+            stored = np.array(primvars.GetPrimvar(name).Get(k), float)
+            np.testing.assert_allclose(stored, expected, atol=tolerance)
+        low, high = np.array(mesh.GetExtentAttr().Get(k))
+        np.testing.assert_array_equal(low, x.min(axis=0))
+        np.testing.assert_array_equal(high, x.max(axis=0))
+
+
+def test_tool_moves_and_keeps_its_points(stage):
+    (prim,) = stage.GetPrimAtPath("/World/tools").GetChildren()
+    mesh = UsdGeom.Mesh(prim)
+    assert prim.GetName() == Tf.MakeValidIdentifier("punch no. 1")
+    assert mesh.GetPointsAttr().GetNumTimeSamples() == 0
+    for k in range(FRAMES):
+        moved = mesh.ComputeLocalToWorldTransform(k).ExtractTranslation()
+        assert tuple(moved) == pytest.approx((0.0, 0.0, -0.01 * k), abs=1e-15)
+
+
+def test_materials_are_bound(stage):
+    for group, material in (("plies", "ply"), ("tools", "tool")):
+        for prim in stage.GetPrimAtPath(f"/World/{group}").GetChildren():
+            bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            assert bound.GetPath() == f"/World/materials/{material}"
+            assert bound.ComputeSurfaceSource()[0].GetIdAttr().Get() == "UsdPreviewSurface"
+
+
+def test_validators_find_no_error(stage, scene_path):
+    ran = 0
+    try:
+        from pxr import UsdValidation
+    except ImportError:
+        pass
+    else:
+        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        errors = UsdValidation.ValidationContext(validators).Validate(stage)
+        assert [e.GetErrorAsString() for e in errors] == []
+        ran += len(validators)
+    if hasattr(UsdUtils, "ComplianceChecker"):
+        checker = UsdUtils.ComplianceChecker()
+        checker.CheckCompliance(str(scene_path))
+        assert checker.GetErrors() + checker.GetFailedChecks() == []
+        ran += 1
+    assert ran
+
+
+def test_colours_are_the_published_scale_in_linear_light():
+    from matplotlib import colormaps
+
+    shear = np.array([0.0, -7.0, 23.0, -41.0, 60.0, 85.0])
+    linear = shear_color(shear).astype(float)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    expected = colormaps["viridis"](np.minimum(abs(shear) / 60.0, 1.0))[:, :3]
+    assert abs(srgb - expected).max() < 0.01  # 17 knots instead of 256
+
+
+def test_killed_run_leaves_its_frames(tmp_path):
+    code = (
+        "import os, sys; sys.path.insert(0, 'tests')\n"
+        "from test_usd import *\n"
+        "writer = writer_in(Path(sys.argv[1]))\n"
+        "for k in range(3): writer.write(k, 0.01 * k, frames_at(k / 3), [[0, 0, -k]])\n"
+        "os._exit(9)"
+    )
+    root = Path(__file__).parent.parent
+    path = os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], cwd=root, env=os.environ | {"PYTHONPATH": path}
+    )
+    assert done.returncode == 9
+    assert [f.name for f in tmp_path.iterdir()] == [".scene.partial.usdc"]
+    stage = Usd.Stage.Open(str(tmp_path / ".scene.partial.usdc"))
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies/ply_2")).GetPointsAttr()
+    assert points.GetTimeSamples() == [0.0, 1.0, 2.0]
+    np.testing.assert_allclose(np.array(points.Get(2)), frames_at(2 / 3)[2].points, atol=1e-7)
+    assert stage.GetEndTimeCode() == 2.0
+
+
+def test_failing_run_keeps_its_frames_under_the_final_name(tmp_path):
+    with pytest.raises(RuntimeError, match="blew up"), writer_in(tmp_path) as writer:
+        writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
+        raise RuntimeError("blew up")
+    assert [f.name for f in tmp_path.iterdir()] == ["scene.usdc"]
+    assert not Sdf.Layer.Find(str(tmp_path / ".scene.partial.usdc"))  # Windows could not rename
+    with pytest.raises(ValueError, match="closed"):
+        writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
+
+
+def test_no_frame_no_file(tmp_path):
+    writer = writer_in(tmp_path)
+    writer.close()
+    writer.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rewritten_file_is_seen_by_those_who_hold_it(tmp_path):
+    def run(part):
+        with writer_in(tmp_path) as writer:
+            writer.write(0, 0.0, frames_at(part), [[0, 0, 0]])
+
+    run(0.0)
+    held = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+    (tmp_path / "scene.usdc").unlink()
+    run(1.0)
+    points = UsdGeom.Mesh(held.GetPrimAtPath("/World/plies/ply_0")).GetPointsAttr()
+    np.testing.assert_allclose(np.array(points.Get(0)), frames_at(1.0)[0].points, atol=1e-7)
+
+
+@pytest.mark.parametrize("quantity", ["points", "weft", "shear_angle_deg", "warp_tension"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
+def test_non_finite_value_is_refused_and_nothing_written(tmp_path, quantity, bad):
+    frames = frames_at(0.5)
+    values = np.array(getattr(frames[1], quantity))
+    values[7] = bad  # 1e300 is infinite in the file's float32
+    with writer_in(tmp_path) as writer:
+        writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
+        frames[1] = replace(frames[1], **{quantity: values})
+        with pytest.raises(ValueError, match=rf"'ply_1': {quantity} .* first at 7"):
+            writer.write(1, 0.1, frames, [[0, 0, 0]])
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+    for name in ("ply_0", "ply_1"):
+        points = UsdGeom.Mesh(stage.GetPrimAtPath(f"/World/plies/{name}")).GetPointsAttr()
+        assert points.GetTimeSamples() == [0.0]
+
+
+def test_misuse_says_what_is_wrong(tmp_path):
+    with writer_in(tmp_path) as writer:
+        writer.write(3, 0.0, frames_at(0.0), [[0, 0, 0]])
+        with pytest.raises(ValueError, match="must be above the last, 3"):
+            writer.write(3, 0.1, frames_at(0.0), [[0, 0, 0]])
+        with pytest.raises(ValueError, match="2 ply frames for 3 plies"):
+            writer.write(4, 0.1, frames_at(0.0)[:2], [[0, 0, 0]])
+        with pytest.raises(ValueError, match=r"translation has shape \(2, 3\), must be \(1, 3\)"):
+            writer.write(4, 0.1, frames_at(0.0), np.zeros((2, 3)))
+        with pytest.raises(ValueError, match="translation has 1 non-finite"):
+            writer.write(4, 0.1, frames_at(0.0), [[0, 0, np.nan]])
+        with pytest.raises(ValueError, match="time_s = nan"):
+            writer.write(4, float("nan"), frames_at(0.0), [[0, 0, 0]])
+        short = replace(frames_at(0.0)[0], weft_strain=np.zeros(3))
+        with pytest.raises(ValueError, match=r"'ply_0': weft_strain has shape \(3,\)"):
+            writer.write(4, 0.1, [short, *frames_at(0.0)[1:]], [[0, 0, 0]])
+
+
+def test_unusable_shapes_are_refused_before_a_file_appears(tmp_path):
+    points, triangles = np.eye(3), np.array([[0, 1, 2]])
+
+    def refuse(message, *plies):
+        with pytest.raises(InputError, match=message):
+            UsdWriter(tmp_path / "scene.usdc", plies)
+        assert list(tmp_path.iterdir()) == []
+
+    ply = PlyShape("a b", points, triangles)
+    refuse("'a_b' and ply 'a b' would both be 'a_b'", ply, PlyShape("a_b", points, triangles))
+    refuse("ply name = ''", PlyShape("", points, triangles))
+    refuse("vertices 0 to 2", PlyShape("a", points, triangles + 1))
+    refuse("integers", PlyShape("a", points, triangles * 1.0))
+    refuse("finite", PlyShape("a", points * np.nan, triangles))
+
+
+def test_file_in_the_way_and_missing_folder(tmp_path):
+    (tmp_path / "scene.usdc").write_text("precious")
+    with pytest.raises(InputError, match="exists already"):
+        writer_in(tmp_path)
+    assert (tmp_path / "scene.usdc").read_text() == "precious"
+    with pytest.raises(InputError, match="cannot be created"):
+        writer_in(tmp_path / "scene.usdc")
+
+
+def test_full_disk_is_a_failed_run(tmp_path, monkeypatch):
+    with writer_in(tmp_path) as writer:
+        monkeypatch.setattr(Sdf.Layer, "Save", lambda _: Tf.RaiseRuntimeError("no space left"))
+        with pytest.raises(RunFailed, match="is the disk full"):
+            writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
+
+
+def test_no_tools(tmp_path):
+    plies, _ = shapes()
+    with UsdWriter(tmp_path / "scene.usdc", plies) as writer:
+        writer.write(0, 0.0, frames_at(0.0))
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+    assert stage.GetPrimAtPath("/World/tools").GetChildren() == []

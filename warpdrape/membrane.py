@@ -1,0 +1,192 @@
+"""A ply's membrane on a device: its arrays, its laws, and the launches of its kernels."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdrape.fabric import Fabric
+from warpdrape.kernels import membrane as kernels
+from warpdrape.kernels.isotropic import IsotropicMembrane as IsotropicStruct
+from warpdrape.law_data import (
+    initial_shear_stiffness,
+    membrane_functions,
+    shear_stiffness,
+    shear_struct,
+    tension_stiffness,
+    tension_struct,
+)
+from warpdrape.laws import IsotropicMembrane
+from warpdrape.pairing import pair_triangles
+from warpdrape.ply import Ply
+from warpdrape.scene import Numerics
+from warpdrape.triangles import highest_frequency_squared, yarn_gradients
+
+SHEAR_RANGE = math.radians(75.0)
+"""Shear angle up to which the stable step covers the shear law [rad], past any locking."""
+
+
+@dataclass(frozen=True, eq=False)
+class Membrane:
+    """One ply's triangles on the device.
+
+    Attributes:
+        first_vertex: number of its first vertex in the model.
+        vertex_count: number of its vertices.
+        first_triangle: number of its first triangle in the model.
+        triangle_count: number of its triangles.
+        triangles: vertices in the model's numbering, shape [triangle, 3].
+        gradients: D [1/m], shape [triangle].
+        areas: initial areas [m²], shape [triangle].
+        rest_angle: from warp to weft in the flat ply [rad].
+        loads: launches (kernel, count, inputs) that add forces, given x; output f.
+        measurement: launch (kernel, count, inputs) of strain, line tension and energy.
+    """
+
+    first_vertex: int
+    vertex_count: int
+    first_triangle: int
+    triangle_count: int
+    triangles: wp.array
+    gradients: wp.array
+    areas: wp.array
+    rest_angle: float
+    loads: tuple[tuple[Any, int, list], ...]
+    measurement: tuple[Any, int, list]
+
+    def add_forces(self, x: wp.array, f: wp.array) -> None:
+        """Add the membrane's forces [N] at positions x [m] to f."""
+        for kernel, count, inputs in self.loads:
+            wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+
+
+def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
+    """`yarn_gradients` of a ply."""
+    return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+
+
+def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply."""
+    fabric = ply.fabric
+    gradients, _ = flat_gradients(ply)
+    if isinstance(fabric.tension, IsotropicMembrane):
+        sheet = fabric.tension
+        stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
+        return highest_frequency_squared(gradients, fabric.areal_density, (stiffness,) * 2, stiffness)
+    shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
+    yarns = tension_stiffness(fabric)
+    stabiliser = stabiliser_stiffness(fabric, numerics)
+    stiffened = (yarns[0] + stabiliser, yarns[1] + stabiliser)
+    return highest_frequency_squared(gradients, fabric.areal_density, stiffened, shear)
+
+
+def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
+    """κ C'(0) [N/m], with its floor for fabrics that hardly shear-stiffen."""
+    floor = numerics.stabiliser_floor * max(tension_stiffness(fabric))
+    return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
+
+
+def build_membrane(ply: Ply, numerics: Numerics, vertex: int, triangle: int, device: str) -> Membrane:
+    """Put a ply's triangles on a device.
+
+    Args:
+        ply: the ply.
+        numerics: averaging and stabiliser.
+        vertex: number of the ply's first vertex in the model.
+        triangle: number of its first triangle in the model.
+        device: Warp device.
+    """
+    fabric = ply.fabric
+    flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
+    gradients, areas = flat_gradients(ply)
+    numbered = wp.array(flat + vertex, dtype=wp.int32, device=device)
+    gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
+    area_array = wp.array(areas, dtype=wp.float64, device=device)
+    common = [numbered, gradient_array, area_array]
+    if isinstance(fabric.tension, IsotropicMembrane):
+        law = IsotropicStruct()
+        law.stiffness, law.poisson = fabric.tension.stiffness, fabric.tension.poisson
+        loads = ((kernels.add_isotropic_forces, len(flat), [*common, law]),)
+        measurement = (kernels.measure_isotropic, len(flat), [*common, law])
+    else:
+        loads, measurement = _yarn_launches(ply, numerics, vertex, common, gradients, areas, device)
+    return Membrane(
+        vertex, len(ply.mesh.vertices), triangle, len(flat), *common, fabric.yarn_angle,
+        loads, measurement,
+    )
+
+
+@functools.cache
+def _yarn_kernels(functions: tuple) -> tuple:
+    return kernels.make_yarn_membrane(*functions)
+
+
+def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple[tuple, tuple]:
+    fabric = ply.fabric
+    add_pair_forces, add_patch_forces, measure = _yarn_kernels(membrane_functions(fabric))
+    laws = [
+        tension_struct(fabric, device),
+        shear_struct(fabric, device),
+        stabiliser_stiffness(fabric, numerics),
+        fabric.yarn_angle,
+    ]
+    if numerics.averaging == "pairs":
+        pairing = pair_triangles(ply.mesh)
+        offsets, members, pairs = pairing.offsets, pairing.triangles, pairing.n_pairs
+    else:
+        offsets, members, pairs = np.arange(len(areas) + 1), np.arange(len(areas)), 0
+    patches = len(offsets) - 1
+    offset_array = wp.array(offsets, dtype=wp.int32, device=device)
+    member_array = wp.array(members, dtype=wp.int32, device=device)
+    loads = []
+    if pairs:
+        halves = members[: 2 * pairs].reshape(-1, 2)
+        quads, da, db = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
+        arrays = [
+            wp.array(quads + vertex, dtype=wp.vec4i, device=device),
+            wp.array(da, dtype=wp.vec4d, device=device),
+            wp.array(db, dtype=wp.vec4d, device=device),
+            wp.array(areas[halves], dtype=wp.vec2d, device=device),
+        ]
+        loads.append((add_pair_forces, pairs, [*arrays, *laws]))
+    if patches > pairs:
+        inputs = [pairs, offset_array, member_array, *common, *laws]
+        loads.append((add_patch_forces, patches - pairs, inputs))
+    return tuple(loads), (measure, patches, [offset_array, member_array, *common, *laws])
+
+
+def pair_gradients(
+    triangles: np.ndarray, gradients: np.ndarray, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Number a pair's vertices (i, j, k, l), its triangles being (i, j, k) and (i, l, j).
+
+    Args:
+        triangles: vertices, counter-clockwise, shape [m, 3].
+        gradients: (D1b, D1c, D2b, D2c) [1/m], shape [m, 4].
+        pairs: triangles, shape [p, 2].
+
+    Returns:
+        Vertices, shape [p, 4]; gradients of the two triangles in that order, each shape [p, 4].
+    """
+    ta, tb = triangles[pairs[:, 0]], triangles[pairs[:, 1]]
+    shared = (ta[:, :, None] == tb[:, None, :]).any(2)
+    tip = np.argmin(shared, axis=1)  # the one corner of a that b lacks
+    rows = np.arange(len(pairs))
+    i, j, k = (ta[rows, (tip + s) % 3] for s in (1, 2, 0))
+    tip_b = np.argmin((tb[:, :, None] == ta[:, None, :]).any(2), axis=1)
+    quads = np.column_stack([i, j, k, tb[rows, tip_b]])
+    full = np.stack([
+        np.column_stack([-gradients[:, c] - gradients[:, c + 1], gradients[:, c], gradients[:, c + 1]])
+        for c in (0, 2)
+    ], 1)  # D[triangle, family, corner]
+    in_a, in_b = full[pairs[:, 0]], full[pairs[:, 1]]
+    da = [in_a[rows, family, (tip + s) % 3] for family in (0, 1) for s in (2, 0)]
+    # In b, counter-clockwise: tip l, then j, then i, as b runs along the shared edge from j to i.
+    at_j = np.argmax(tb == j[:, None], axis=1)
+    db = [in_b[rows, family, at] for family in (0, 1) for at in (tip_b, at_j)]
+    return quads.astype(np.int32), np.column_stack(da), np.column_stack(db)

@@ -1,0 +1,381 @@
+"""What a run computes with: `Model`, the arrays that never change, and `State`, what a restart needs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from warpdrape.errors import InputError
+from warpdrape.kernels.contact import ContactLaw
+from warpdrape.kernels.motion import Damping, FloatingTools
+from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
+from warpdrape.kernels.tool_contact import ToolContact, ToolSearch, ToolSurfaces
+from warpdrape.membrane import Membrane, build_membrane
+from warpdrape.motion import Float
+from warpdrape.scene import Scene
+from warpdrape.time_step import LumpedMass, choose_step, lump_masses
+
+SEARCH_BEYOND = 2e-3
+"""How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
+again until the vertex has come closer."""
+SLOWEST = 1.0
+"""Speed [m/s] that contact searches allow for when no tool moves."""
+RUNAWAY = 100.0
+"""Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlyPair:
+    """Vertices of one ply that may meet the triangles of another.
+
+    Attributes:
+        searching: index of the ply whose vertices are looked at.
+        searched: index of the ply whose triangles are.
+        first_slot: where these contacts begin.
+        faces: the searched ply for the kernels.
+    """
+
+    searching: int
+    searched: int
+    first_slot: int
+    faces: PlyFaces
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """Steps of a run.
+
+    Attributes:
+        time_step: Δt [s].
+        stable_step: largest stable step [s].
+        search_every: steps between two contact searches.
+        frames: frames after the first.
+        steps_per_frame: a multiple of ``search_every``.
+    """
+
+    time_step: float
+    stable_step: float
+    search_every: int
+    frames: int
+    steps_per_frame: int
+
+    @property
+    def steps(self) -> int:
+        """Steps in all."""
+        return self.frames * self.steps_per_frame
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Everything that stays as it is during a run.
+
+    Attributes:
+        scene: what is computed.
+        device: Warp device.
+        timing: steps.
+        membranes: the plies' triangles.
+        masses: vertex masses on the host.
+        mass: vertex masses [kg], shape [vertex].
+        offset: half the ply thickness [m], shape [vertex].
+        rest: positions at the start [m], shape [vertex].
+        clamp: clamp that holds a vertex, −1 if free, shape [vertex].
+        triangles: vertices, shape [triangle, 3].
+        open_edges: bits of the edges that border a ply, shape [triangle].
+        query_meshes: per ply, moved along for contact searches.
+        tool_meshes: per tool, in its own frame.
+        surfaces: the tools' facets.
+        floating: which tools float.
+        ply_pairs: directed pairs of plies that may touch.
+        contact: the contact law.
+        search: how far tool searches look.
+        medium: gravity and damping.
+    """
+
+    scene: Scene
+    device: str
+    timing: Timing
+    membranes: tuple[Membrane, ...]
+    masses: LumpedMass
+    mass: wp.array
+    offset: wp.array
+    rest: wp.array
+    clamp: wp.array
+    triangles: wp.array
+    open_edges: wp.array
+    query_meshes: tuple[wp.Mesh, ...]
+    tool_meshes: tuple[wp.Mesh, ...]
+    surfaces: ToolSurfaces
+    floating: FloatingTools
+    ply_pairs: tuple[PlyPair, ...]
+    contact: ContactLaw
+    search: ToolSearch
+    medium: Damping
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Everything that a run changes; see the kernels for shapes and units."""
+
+    x: wp.array
+    v: wp.array
+    f: wp.array
+    step: wp.array
+    runaway: wp.array
+    normals: wp.array
+    lost: wp.array
+    tool_shift: wp.array
+    tool_velocity: wp.array
+    reaction: wp.array
+    impulse: wp.array
+    tool_work: wp.array
+    tool_damped: wp.array
+    tool_contacts: wp.array
+    tool_springs: wp.array
+    tool_stored: wp.array
+    tool_deepest: wp.array
+    asked_at: wp.array
+    clearance: wp.array
+    ply_contacts: wp.array
+    ply_springs: wp.array
+    ply_stored: wp.array
+    ply_slip: wp.array
+    ply_deepest: wp.array
+    clamp_work: wp.array
+    clamp_force: wp.array
+    tool_path: wp.array
+    tool_force: wp.array
+    clamp_matrix: wp.array
+    clamp_shift: wp.array
+
+
+def build_model(scene: Scene, device: str, frames: int) -> Model:
+    """Turn a scene into arrays on a device.
+
+    Args:
+        scene: what to compute.
+        device: Warp device.
+        frames: frames after the first.
+
+    Raises:
+        InputError: if the scene asks for a step above the stable one.
+    """
+    masses = lump_masses(scene)
+    timing = _timing(scene, choose_step(scene, masses.stable_step), masses.stable_step, frames)
+    rest = np.concatenate([ply.rest_points for ply in scene.plies])
+    vertices = np.cumsum([0, *(len(ply.mesh.vertices) for ply in scene.plies)])
+    triangles = np.cumsum([0, *(len(ply.mesh.triangles) for ply in scene.plies)])
+    membranes = tuple(
+        build_membrane(ply, scene.numerics, int(v), int(t), device)
+        for ply, v, t in zip(scene.plies, vertices, triangles, strict=False)
+    )
+    half = [np.full(len(p.mesh.vertices), 0.5 * p.fabric.thickness) for p in scene.plies]
+    numbered = np.concatenate([p.mesh.triangles + v for p, v in zip(scene.plies, vertices, strict=False)])
+    query_meshes = tuple(
+        wp.Mesh(
+            wp.array(ply.rest_points, dtype=wp.vec3f, device=device),
+            wp.array(np.ravel(ply.mesh.triangles), dtype=wp.int32, device=device),
+        )
+        for ply in scene.plies
+    )
+    tool_meshes, surfaces = _tool_surfaces(scene, device)
+    return Model(
+        scene=scene,
+        device=device,
+        timing=timing,
+        membranes=membranes,
+        masses=masses,
+        mass=wp.array(masses.mass, dtype=wp.float64, device=device),
+        offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
+        rest=wp.array(rest, dtype=wp.vec3d, device=device),
+        clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
+        triangles=wp.array(numbered, dtype=wp.int32, device=device),
+        open_edges=wp.array(
+            np.concatenate([open_edge_bits(p.mesh.triangles) for p in scene.plies]),
+            dtype=wp.int32, device=device,
+        ),
+        query_meshes=query_meshes,
+        tool_meshes=tool_meshes,
+        surfaces=surfaces,
+        floating=_floating(scene, device),
+        ply_pairs=_ply_pairs(scene, query_meshes, vertices, triangles),
+        contact=_contact_law(scene, timing),
+        search=_tool_search(scene),
+        medium=_medium(scene, timing),
+    )
+
+
+def _peak_speed(scene: Scene) -> float:
+    moving = [thing.motion.peak_speed for thing in (*scene.tools, *scene.clamps)]
+    return max([*moving, 0.0]) or SLOWEST
+
+
+def _timing(scene: Scene, step: float, stable: float, frames: int) -> Timing:
+    per_search = math.floor(scene.numerics.search_slide / (_peak_speed(scene) * step))
+    every = min(max(per_search, 1), 256)
+    per_frame = every * math.ceil(scene.duration / (frames * every * step))
+    return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame)
+
+
+def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
+    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
+    triangles = np.asarray(triangles)
+    edges = np.stack([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]], 1)
+    key = np.sort(edges, axis=2).astype(np.int64)
+    key = key[..., 0] * (triangles.max() + 1) + key[..., 1]
+    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
+    single = (count[index] == 1).reshape(key.shape)
+    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
+
+
+def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
+    index = np.full(first[-1], -1)
+    names = [ply.name for ply in scene.plies]
+    for number, clamp in enumerate(scene.clamps):
+        at = names.index(clamp.ply)
+        index[first[at] + clamp.vertices(scene.plies[at].rest_points)] = number
+    return index
+
+
+def _tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
+    meshes = tuple(
+        wp.Mesh(
+            wp.array(tool.vertices, dtype=wp.vec3f, device=device),
+            wp.array(np.ravel(tool.triangles), dtype=wp.int32, device=device),
+        )
+        for tool in scene.tools
+    )
+    facets = [len(tool.triangles) for tool in scene.tools]
+    corners = [tool.vertices[tool.triangles] for tool in scene.tools]
+    normals = [tool.surface.normals for tool in scene.tools]
+    friction = [scene.friction if t.friction is None else t.friction for t in scene.tools]
+    empty = [np.zeros((0, 3, 3))]
+    surfaces = ToolSurfaces()
+    surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
+    first = np.cumsum([0, *facets])[:-1]
+    surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
+    surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
+    surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
+    surfaces.rounding = wp.array(
+        [0.5 if tool.surface.exact else 0.0 for tool in scene.tools], dtype=wp.float64, device=device
+    )
+    surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
+    return meshes, surfaces
+
+
+def _floating(scene: Scene, device: str) -> FloatingTools:
+    floats = [isinstance(tool.motion, Float) for tool in scene.tools]
+    motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]
+    floating = FloatingTools()
+    floating.floats = wp.array(floats, dtype=wp.int32, device=device)
+    axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]
+    floating.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
+    floating.mass = wp.array([m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device)
+    damping = [m.damping if m else 0.0 for m in motions]
+    floating.damping = wp.array(damping, dtype=wp.float64, device=device)
+    return floating
+
+
+def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
+    pairs, slot = [], 0
+    for searching, ply in enumerate(scene.plies):
+        for searched, other in enumerate(scene.plies):
+            if searching == searched:
+                continue
+            faces = PlyFaces()
+            faces.mesh = query_meshes[searched].id
+            faces.first_triangle = int(triangles[searched])
+            faces.side = 1.0 if searching > searched else -1.0
+            faces.thickness = 0.5 * (ply.fabric.thickness + other.fabric.thickness)
+            pairs.append(PlyPair(searching, searched, slot, faces))
+            slot += len(ply.mesh.vertices)
+    return tuple(pairs)
+
+
+def _contact_law(scene: Scene, timing: Timing) -> ContactLaw:
+    law = ContactLaw()
+    law.share = scene.numerics.contact_share
+    law.damping_ratio = scene.numerics.contact_damping
+    law.time_step = timing.time_step
+    return law
+
+
+def _tool_search(scene: Scene) -> ToolSearch:
+    thickest = max(ply.fabric.thickness for ply in scene.plies)
+    search = ToolSearch()
+    search.reach = near_reach(scene)
+    search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
+    return search
+
+
+def near_reach(scene: Scene) -> float:
+    """Distance [m] within which a vertex counts as near: four slides, for those that go faster."""
+    return 4.0 * scene.numerics.search_slide
+
+
+def _medium(scene: Scene, timing: Timing) -> Damping:
+    medium = Damping()
+    medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
+    medium.rate = scene.numerics.damping
+    medium.time_step = timing.time_step
+    medium.speed_limit = max(RUNAWAY * _peak_speed(scene), 500.0)
+    return medium
+
+
+def initial_state(model: Model) -> State:
+    """Plies flat and at rest, tools where they start."""
+    scene, device = model.scene, model.device
+    n, tools, clamps = model.mass.shape[0], len(scene.tools), len(scene.clamps)
+    slots = sum(len(scene.plies[pair.searching].mesh.vertices) for pair in model.ply_pairs)
+    table = model.timing.steps_per_frame + 1
+
+    def zeros(shape, dtype) -> wp.array:
+        return wp.zeros(shape, dtype=dtype, device=device)
+
+    real, vec = wp.float64, wp.vec3d
+    return State(
+        x=wp.clone(model.rest),
+        v=zeros(n, vec),
+        f=zeros(n, vec),
+        step=zeros(1, wp.int32),
+        runaway=wp.full(1, -1, dtype=wp.int32, device=device),
+        normals=zeros(n, vec),
+        lost=zeros(n, vec),
+        tool_shift=zeros(tools, vec),
+        tool_velocity=zeros(tools, vec),
+        reaction=zeros(tools, vec),
+        impulse=zeros(tools, vec),
+        tool_work=zeros(tools, real),
+        tool_damped=zeros(tools, real),
+        tool_contacts=zeros((tools, n), ToolContact),
+        tool_springs=zeros((tools, n), vec),
+        tool_stored=zeros((tools, n), real),
+        tool_deepest=zeros(tools, real),
+        asked_at=zeros((tools, n), vec),
+        clearance=wp.full((tools, n), -math.inf, dtype=real, device=device),
+        ply_contacts=zeros(slots, PlyContact),
+        ply_springs=zeros(slots, vec),
+        ply_stored=zeros(slots, real),
+        ply_slip=zeros(slots, real),
+        ply_deepest=zeros(len(model.ply_pairs), real),
+        clamp_work=zeros(n, real),
+        clamp_force=zeros(clamps, vec),
+        tool_path=zeros((tools, table), vec),
+        tool_force=zeros((tools, table), real),
+        clamp_matrix=zeros((clamps, table), wp.mat33d),
+        clamp_shift=zeros((clamps, table), vec),
+    )
+
+
+def check_device(device: str) -> str:
+    """Return a device that exists.
+
+    Raises:
+        InputError: if it does not, naming those that do.
+    """
+    known = [d.alias for d in wp.get_devices()]
+    if device not in known:
+        raise InputError(f"no device {device!r} here; there is: {', '.join(known)}")
+    return device

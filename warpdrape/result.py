@@ -1,0 +1,126 @@
+"""What a run leaves in memory: the formed plies, the history, the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warpdrape.errors import one_of
+from warpdrape.model import Model, State
+from warpdrape.usd import PlyFrame
+
+
+@dataclass(frozen=True, eq=False)
+class FormedPly:
+    """A ply at the end of a run (or its last good frame); per triangle but for the points.
+
+    Attributes:
+        name: the ply's name.
+        rest_points: the flat blank [m], shape [n, 3].
+        points: formed positions [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+        warp: unit warp directions, shape [m, 3].
+        weft: unit weft directions, shape [m, 3].
+        shear_angle: signed shear angle γ [rad], shape [m].
+        strain: warp and weft strain, as the pairs of triangles share them [-], shape [m, 2].
+        line_tension: of warp and weft [N per metre of initial width], shape [m, 2].
+    """
+
+    name: str
+    rest_points: np.ndarray
+    points: np.ndarray
+    triangles: np.ndarray
+    warp: np.ndarray
+    weft: np.ndarray
+    shear_angle: np.ndarray
+    strain: np.ndarray
+    line_tension: np.ndarray
+
+    @property
+    def shear_angle_deg(self) -> np.ndarray:
+        """Signed shear angle [deg], shape [m]."""
+        return np.degrees(self.shear_angle)
+
+    @property
+    def max_shear_deg(self) -> float:
+        """Largest shear angle either way [deg]."""
+        return float(np.abs(self.shear_angle_deg).max())
+
+    def frame(self) -> PlyFrame:
+        """What the animation shows of it."""
+        return PlyFrame(
+            self.points, self.warp, self.weft, self.shear_angle_deg,
+            self.strain[:, 0], self.strain[:, 1], self.line_tension[:, 0], self.line_tension[:, 1],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A finished run.
+
+    Attributes:
+        plies: the formed plies in stacking order.
+        summary: as in ``summary.json``.
+        history: column name → values over the frames, as in ``history.csv``.
+    """
+
+    plies: Sequence[FormedPly]
+    summary: Mapping[str, Any]
+    history: Mapping[str, np.ndarray]
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run went to its end."""
+        return self.summary["status"] == "completed"
+
+    def ply(self, name: str) -> FormedPly:
+        """Return the ply of that name."""
+        names = [ply.name for ply in self.plies]
+        return self.plies[names.index(one_of("ply", name, names))]
+
+
+def read_plies(
+    model: Model, state: State, strains: np.ndarray, tensions: np.ndarray
+) -> tuple[FormedPly, ...]:
+    """Copy the plies from the device.
+
+    Args:
+        model: the model.
+        state: its state.
+        strains: from `energy.measure_membranes`, shape [triangle, 2].
+        tensions: likewise [N/m].
+    """
+    x = state.x.numpy()
+    formed = []
+    for ply, membrane in zip(model.scene.plies, model.membranes, strict=True):
+        points = x[membrane.first_vertex : membrane.first_vertex + membrane.vertex_count].copy()
+        of_ply = slice(membrane.first_triangle, membrane.first_triangle + membrane.triangle_count)
+        triangles = np.asarray(ply.mesh.triangles)
+        warp, weft, shear = yarn_state(ply, points)
+        formed.append(
+            FormedPly(ply.name, ply.rest_points, points, triangles, warp, weft, shear,
+                      strains[of_ply].copy(), tensions[of_ply].copy())
+        )
+    return tuple(formed)
+
+
+def yarn_state(ply, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit yarn directions and shear angle [rad] of a formed ply.
+
+    Args:
+        ply: the flat ply.
+        points: formed positions [m], shape [n, 3].
+    """
+    from warpdrape.membrane import flat_gradients
+
+    d, _ = flat_gradients(ply)
+    a, b, c = (points[np.asarray(ply.mesh.triangles)[:, k]] for k in range(3))
+    k1 = d[:, :1] * (b - a) + d[:, 1:2] * (c - a)
+    k2 = d[:, 2:3] * (b - a) + d[:, 3:] * (c - a)
+    k1 /= np.linalg.norm(k1, axis=1, keepdims=True)
+    k2 /= np.linalg.norm(k2, axis=1, keepdims=True)
+    angle = np.arccos(np.clip((k1 * k2).sum(axis=1), -1.0, 1.0))
+    return k1, k2, ply.fabric.yarn_angle - angle

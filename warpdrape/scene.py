@@ -1,0 +1,182 @@
+"""A scene: plies, tools, clamps, and how the run is to be computed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdrape.errors import InputError, one_of, positive
+from warpdrape.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.ply import Ply
+from warpdrape.tool import Tool
+
+if TYPE_CHECKING:
+    from warpdrape.result import Result
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Clamp:
+    """Vertices of a ply that are held, or led along a prescribed motion.
+
+    Attributes:
+        name: how results call it.
+        ply: name of the ply.
+        where: vertex indices, or a function of the flat points [m] (shape [n, 3]) to a mask.
+        motion: translation of the clamp; still by default.
+        matrix: function of times [s] to 3×3 matrices that act on the flat points; identity if None.
+        follow: direction along which ``clamp`` force and displacement are reported, shape [3].
+    """
+
+    name: str
+    ply: str
+    where: Callable[[np.ndarray], np.ndarray] | Sequence[int]
+    motion: Motion = field(default_factory=Still)
+    matrix: Callable[[np.ndarray], np.ndarray] | None = None
+    follow: Sequence[float] = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.isidentifier():
+            raise InputError(f"clamp name = {self.name!r} must be a plain identifier")
+        if isinstance(self.motion, Float) or not isinstance(self.motion, Still | Stroke | Path):
+            raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
+        vector(f"clamp {self.name!r}: follow", self.follow)
+
+    def vertices(self, points: np.ndarray) -> np.ndarray:
+        """Indices of the held vertices among flat points [m], shape [n, 3]."""
+        chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
+        index = np.flatnonzero(chosen) if chosen.dtype == bool else chosen.astype(int)
+        if index.size == 0:
+            raise InputError(f"clamp {self.name!r} holds no vertex of ply {self.ply!r}")
+        if index.min() < 0 or index.max() >= len(points):
+            raise InputError(f"clamp {self.name!r}: vertex {index.max()} of {len(points)} is no vertex")
+        return index
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numerics:
+    """How a run is computed; the defaults suit forming.
+
+    Attributes:
+        averaging: "pairs" shares yarn strains between two triangles; "plain" does not.
+        stabiliser: κ of the pair's stabiliser, in units of the initial shear stiffness [-].
+        stabiliser_floor: least stabiliser, as a share of the yarn stiffness [-].
+        damping: mass-proportional damping rate [1/s].
+        contact_share: penalty stiffness over m/Δt² [-].
+        contact_damping: damping of the contacts over their critical one [-].
+        search_slide: sliding at tool speed between two contact searches [m].
+        time_step: Δt [s]; None takes ``safety`` times the stable one.
+        safety: Δt over the stable step [-].
+        minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
+        graph: replay captured launches (the same results, faster).
+    """
+
+    averaging: str = "pairs"
+    stabiliser: float = 1.0
+    stabiliser_floor: float = 1e-5
+    damping: float = 0.0
+    contact_share: float = 0.02
+    contact_damping: float = 0.3
+    search_slide: float = 4e-5
+    time_step: float | None = None
+    safety: float = 0.9
+    minimum_time_step: float | None = None
+    graph: bool = True
+
+    def __post_init__(self) -> None:
+        one_of("averaging", self.averaging, ("pairs", "plain"))
+        positive("stabiliser", self.stabiliser, zero=True)
+        positive("stabiliser_floor", self.stabiliser_floor, zero=True)
+        positive("damping", self.damping, unit="1/s", zero=True)
+        positive("contact_damping", self.contact_damping, zero=True)
+        positive("search_slide", self.search_slide, unit="m")
+        if not 0.0 < positive("contact_share", self.contact_share) <= 0.2:
+            raise InputError(f"contact_share = {self.contact_share} must not exceed 0.2: it is the "
+                             "penalty stiffness over m/Δt², and contacts of one vertex add up")
+        if not 0.0 < positive("safety", self.safety) <= 1.0:
+            raise InputError(f"safety = {self.safety} must lie in 0 … 1")
+        for name in ("time_step", "minimum_time_step"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name), unit="s")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """Everything that happens in a run.
+
+    Attributes:
+        name: of the scene.
+        plies: from the bottom up; this order is kept.
+        tools: rigid tools.
+        clamps: held or led vertices.
+        duration: simulated time [s].
+        friction: Coulomb coefficient between plies and tools that name none [-].
+        ply_friction: Coulomb coefficient between plies [-].
+        gravity: acceleration [m/s²], shape [3].
+        numerics: how it is computed.
+        parameters: what the scene script was called with, for ``run.json``.
+        report: function of the finished result to further entries of ``summary.json``.
+    """
+
+    name: str
+    plies: Sequence[Ply]
+    duration: float
+    tools: Sequence[Tool] = ()
+    clamps: Sequence[Clamp] = ()
+    friction: float = 0.2
+    ply_friction: float = 0.3
+    gravity: Sequence[float] = (0.0, 0.0, -9.81)
+    numerics: Numerics = field(default_factory=Numerics)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    report: Callable[[Result], Mapping[str, Any]] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "plies", tuple(self.plies))
+        object.__setattr__(self, "tools", tuple(self.tools))
+        object.__setattr__(self, "clamps", tuple(self.clamps))
+        if not self.plies:
+            raise InputError("a scene needs at least one ply")
+        positive("duration", self.duration, unit="s")
+        positive("friction", self.friction, zero=True)
+        positive("ply_friction", self.ply_friction, zero=True)
+        vector("gravity", self.gravity)
+        for kind, things in (("ply", self.plies), ("tool", self.tools), ("clamp", self.clamps)):
+            names = [thing.name for thing in things]
+            for name in names:
+                if names.count(name) > 1:
+                    raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
+        for clamp in self.clamps:
+            one_of("ply", clamp.ply, [ply.name for ply in self.plies])
+        for low, high in zip(self.plies, self.plies[1:], strict=False):
+            need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
+            if high.z - low.z < need * (1.0 - 1e-9):
+                raise InputError(
+                    f"plies {low.name!r} and {high.name!r} overlap at the start: {high.z - low.z:.4g} m "
+                    f"apart, {need:.4g} m needed; lay them up with warpdrape.lay_up"
+                )
+
+    def run(self, out: str | os.PathLike | None = None, *, device: str = "cpu", frames: int = 60,
+            overwrite: bool = False, quiet: bool = True) -> Result:
+        """Compute the scene.
+
+        Args:
+            out: run folder to write; None writes nothing.
+            device: "cpu" or "cuda:0".
+            frames: frames of the animation and rows of the history.
+            overwrite: replace results that the folder holds.
+            quiet: show no progress.
+
+        Returns:
+            The finished run; ``result.summary["status"]`` says "completed" or "failed".
+
+        Raises:
+            InputError: unusable input, before any compute.
+        """
+        from warpdrape.simulation import run_scene
+
+        return run_scene(self, out, device=device, frames=frames, overwrite=overwrite, quiet=quiet)
+
+

@@ -1,0 +1,151 @@
+"""The steps of a run: every launch is here, eager or replayed from a captured graph."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from warpdrape.kernels.motion import advance_tools, advance_vertices, count_step
+from warpdrape.kernels.ply_contact import (
+    add_ply_forces,
+    add_vertex_normals,
+    copy_to_single,
+    find_ply_contacts,
+)
+from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
+from warpdrape.model import Model, State, near_reach
+from warpdrape.motion import Float
+
+
+def search_contacts(model: Model, state: State) -> None:
+    """Find what each vertex may touch until the next search."""
+    scene, device = model.scene, model.device
+    if scene.tools:
+        wp.launch(
+            find_tool_contacts,
+            (len(scene.tools), model.mass.shape[0]),
+            inputs=[model.surfaces, model.search, model.offset, state.tool_shift, state.x],
+            outputs=[state.tool_contacts, state.asked_at, state.clearance, state.tool_deepest],
+            device=device,
+        )
+    if not model.ply_pairs:
+        return
+    state.normals.zero_()
+    wp.launch(add_vertex_normals, model.triangles.shape[0], inputs=[model.triangles, state.x],
+              outputs=[state.normals], device=device)
+    for membrane, mesh in zip(model.membranes, model.query_meshes, strict=True):
+        wp.launch(copy_to_single, membrane.vertex_count, inputs=[membrane.first_vertex, state.x],
+                  outputs=[mesh.points], device=device)
+        mesh.refit()
+    reach = near_reach(scene)
+    for number, pair in enumerate(model.ply_pairs):
+        searching = model.membranes[pair.searching]
+        radius = pair.faces.thickness + 2.0 * reach
+        wp.launch(
+            find_ply_contacts,
+            searching.vertex_count,
+            inputs=[pair.faces, number, searching.first_vertex, pair.first_slot, reach, radius,
+                    model.triangles, model.open_edges, state.x, state.normals],
+            outputs=[state.ply_contacts, state.ply_deepest],
+            device=device,
+        )
+
+
+def step(model: Model, state: State) -> None:
+    """Advance everything by one step."""
+    scene, device = model.scene, model.device
+    for membrane in model.membranes:
+        membrane.add_forces(state.x, state.f)
+    for pair in model.ply_pairs:
+        searching = model.membranes[pair.searching]
+        wp.launch(
+            add_ply_forces,
+            searching.vertex_count,
+            inputs=[model.contact, scene.ply_friction, pair.faces.thickness,
+                    searching.first_vertex, pair.first_slot, model.mass, state.x, state.v,
+                    state.ply_contacts],
+            outputs=[state.ply_springs, state.f, state.lost, state.ply_stored, state.ply_slip],
+            device=device,
+        )
+    if scene.tools:
+        wp.launch(
+            add_tool_forces,
+            model.mass.shape[0],
+            inputs=[model.contact, model.surfaces.friction, model.offset, model.mass,
+                    state.tool_shift, state.tool_velocity, state.x, state.v, state.tool_contacts],
+            outputs=[state.tool_springs, state.f, state.reaction, state.lost, state.tool_stored],
+            device=device,
+        )
+    wp.launch(
+        advance_vertices,
+        model.mass.shape[0],
+        inputs=[model.medium, model.mass, model.clamp, model.rest, state.clamp_matrix,
+                state.clamp_shift, state.step],
+        outputs=[state.x, state.v, state.f, state.lost, state.clamp_work, state.clamp_force,
+                 state.runaway],
+        device=device,
+    )
+    if scene.tools:
+        wp.launch(
+            advance_tools,
+            len(scene.tools),
+            inputs=[model.timing.time_step, model.floating, state.tool_path, state.tool_force,
+                    state.step],
+            outputs=[state.tool_shift, state.tool_velocity, state.reaction, state.impulse,
+                     state.tool_work, state.tool_damped],
+            device=device,
+        )
+    wp.launch(count_step, 1, outputs=[state.step], device=device)
+
+
+class Stepper:
+    """Runs blocks of a search and the steps up to the next one, from a graph where it can."""
+
+    def __init__(self, model: Model, state: State) -> None:
+        """Keep model and state; a graph is captured at the first block."""
+        self._model, self._state = model, state
+        self._graph = None
+
+    def begin_frame(self, frame: int) -> None:
+        """Put the prescribed motions of a frame's steps on the device.
+
+        Args:
+            frame: number of the frame that these steps lead to, from 1.
+        """
+        model, state = self._model, self._state
+        scene, timing = model.scene, model.timing
+        steps = np.arange(timing.steps_per_frame + 1) + (frame - 1) * timing.steps_per_frame
+        time = steps * timing.time_step
+        if scene.tools:
+            shape = (len(scene.tools), len(time))
+            path, force = np.zeros((*shape, 3)), np.zeros(shape)
+            for k, tool in enumerate(scene.tools):
+                if isinstance(tool.motion, Float):
+                    force[k] = tool.motion.force_at(time)
+                else:
+                    path[k] = tool.motion.displacement(time)
+            state.tool_path.assign(path)
+            state.tool_force.assign(force)
+        if scene.clamps:
+            shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
+            eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
+            matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
+            state.clamp_shift.assign(shift)
+            state.clamp_matrix.assign(np.stack(matrix))
+        state.step.zero_()
+
+    def block(self) -> None:
+        """Search once and do the steps up to the next search."""
+        if not self._model.scene.numerics.graph:
+            self._launch_block()
+            return
+        if self._graph is None:
+            with wp.ScopedCapture(device=self._model.device) as capture:
+                self._launch_block()
+            self._graph = capture.graph
+        wp.capture_launch(self._graph)
+
+    def _launch_block(self) -> None:
+        search_contacts(self._model, self._state)
+        for _ in range(self._model.timing.search_every):
+            step(self._model, self._state)

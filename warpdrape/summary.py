@@ -1,0 +1,257 @@
+"""The result for machines: rows of ``history.csv``, and ``summary.json``."""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from warpdrape.draw_in import draw_in
+from warpdrape.energy import Energies
+from warpdrape.model import Model, State
+from warpdrape.motion import Float, Path, Stroke
+from warpdrape.result import FormedPly
+from warpdrape.scene import Scene
+from warpdrape.tool import Tool
+
+ENERGY_WARNING = 0.02
+"""Unbalanced share of the largest energy above which a run warns [-]."""
+ENERGY_FAILURE = 0.10
+"""… and above which it fails [-]."""
+QUASI_STATIC_END = 0.05
+"""Kinetic over internal energy at the end that still counts as quasi-static [-]."""
+QUASI_STATIC_MEAN = 0.10
+"""Its mean while the plies are loaded [-]."""
+LOADED = 0.1
+"""Share of the largest internal energy from which the plies count as loaded [-]."""
+
+
+def tool_axis(tool: Tool) -> np.ndarray:
+    """Direction along which a tool's displacement and force are reported, shape [3]."""
+    if isinstance(tool.motion, Float):
+        return np.asarray(tool.motion.axis)
+    if isinstance(tool.motion, Stroke | Path):
+        ends = tool.motion.displacement(np.array([0.0, 1e9]))
+        travel = ends[1] - ends[0]
+        if np.linalg.norm(travel) > 0.0:
+            return travel / np.linalg.norm(travel)
+    return np.array([0.0, 0.0, 1.0])
+
+
+def history_row(
+    model: Model, state: State, time: float, steps: int, energies: Energies, plies: Sequence[FormedPly]
+) -> dict[str, float]:
+    """One row of ``history.csv``; forces are means over the frame.
+
+    Args:
+        model: the model.
+        state: its state, its impulses summed over ``steps``.
+        time: simulated time [s].
+        steps: steps since the row before.
+        energies: the balance now.
+        plies: the plies now.
+    """
+    row = {"time_s": time}
+    shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
+    for k, tool in enumerate(model.scene.tools):
+        axis = tool_axis(tool)
+        row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
+        row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
+    clamp_force = state.clamp_force.numpy()
+    for k, clamp in enumerate(model.scene.clamps):
+        follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)
+        moved = clamp.motion.displacement(np.array(time))
+        row[f"{clamp.name}_displacement_m"] = float(moved @ follow)
+        row[f"{clamp.name}_force_n"] = float(clamp_force[k] @ follow / max(steps, 1))
+    for ply in plies:
+        row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
+    row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
+    for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
+        row[f"{name}_j"] = getattr(energies, name)
+    for field in dataclasses.fields(energies):
+        row.setdefault(f"{field.name}_j", getattr(energies, field.name))
+    row["unbalanced_j"] = energies.unbalanced
+    return row
+
+
+def energy_error(history: Mapping[str, np.ndarray]) -> float:
+    """Largest unbalanced energy over the largest energy of the run [-]."""
+    names = ("kinetic_j", "internal_j", "friction_j", "damping_j", "external_work_j")
+    largest = max(np.abs(history[name]).max() for name in names)
+    return float(np.abs(history["unbalanced_j"]).max() / largest) if largest > 0.0 else 0.0
+
+
+def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:
+    """Kinetic over internal energy at the end, its mean while loaded, and the verdict."""
+    kinetic, internal = history["kinetic_j"], history["internal_j"]
+    if internal.max() <= 0.0:
+        return 0.0, 0.0, False
+    loaded = internal >= LOADED * internal.max()
+    mean = float(kinetic[loaded].sum() / internal[loaded].sum())
+    end = float(kinetic[-1] / internal[-1]) if internal[-1] > 0.0 else float("inf")
+    end = min(end, 1e12)
+    return end, mean, bool(end < QUASI_STATIC_END and mean < QUASI_STATIC_MEAN)
+
+
+def summarise(
+    model: Model,
+    state: State,
+    history: Mapping[str, np.ndarray],
+    plies: Sequence[FormedPly],
+    *,
+    failure: str,
+    steps: int,
+    wall: float,
+) -> dict[str, Any]:
+    """Everything of ``summary.json``.
+
+    Args:
+        model: the model.
+        state: its state.
+        history: columns over the frames.
+        plies: the last good frame.
+        failure: why the run stopped early, empty if it did not.
+        steps: steps done.
+        wall: time they took [s].
+    """
+    triangles = sum(m.triangle_count for m in model.membranes)
+    error = energy_error(history)
+    end, mean, calm = quasi_static(history)
+    if not failure and error > ENERGY_FAILURE:
+        failure = (
+            f"{100 * error:.1f} % of the energy is unbalanced (limit {100 * ENERGY_FAILURE:.0f} %): "
+            "refine the tool meshes or the plies, or lower contact_share"
+        )
+    warnings = []
+    if ENERGY_WARNING < error <= ENERGY_FAILURE:
+        warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
+    if not calm and not failure:
+        warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
+    penetration = np.concatenate([state.tool_deepest.numpy(), state.ply_deepest.numpy(), [0.0]])
+    added = float(model.masses.added.sum())
+    return {
+        "status": "failed" if failure else "completed",
+        "message": failure or "; ".join(warnings) or "completed",
+        "warnings": warnings,
+        "steps": steps,
+        "time_step_s": model.timing.time_step,
+        "stable_time_step_s": model.timing.stable_step,
+        "simulated_s": float(history["time_s"][-1]),
+        "wall_s": wall,
+        "triangles": triangles,
+        "triangle_steps_per_s": triangles * steps / wall if wall > 0.0 else 0.0,
+        "energy_error": error,
+        "kinetic_ratio": end,
+        "kinetic_ratio_loaded": mean,
+        "quasi_static": calm,
+        "max_penetration_m": float(penetration.max()),
+        "mass_kg": float(model.masses.mass.sum()),
+        "added_mass_kg": added,
+        "tools": _tool_entries(model, state, history),
+        "interfaces": _interfaces(model, state),
+        "plies": [_ply_entry(p, f) for p, f in zip(model.scene.plies, plies, strict=True)],
+    }
+
+
+def _tool_entries(model: Model, state: State, history: Mapping[str, np.ndarray]) -> list[dict]:
+    deepest = state.tool_deepest.numpy()
+    return [
+        {
+            "name": tool.name,
+            "displacement_m": float(history[f"{tool.name}_displacement_m"][-1]),
+            "force_n": float(history[f"{tool.name}_force_n"][-1]),
+            "max_force_n": float(np.abs(history[f"{tool.name}_force_n"]).max()),
+            "max_penetration_m": float(deepest[k]),
+        }
+        for k, tool in enumerate(model.scene.tools)
+    ]
+
+
+def _interfaces(model: Model, state: State) -> list[dict]:
+    """Slip of each ply's vertices on each other ply."""
+    slip, deepest = state.ply_slip.numpy(), state.ply_deepest.numpy()
+    entries = []
+    for number, pair in enumerate(model.ply_pairs):
+        count = model.membranes[pair.searching].vertex_count
+        of_pair = slip[pair.first_slot : pair.first_slot + count]
+        entries.append({
+            "vertices_of": model.scene.plies[pair.searching].name,
+            "on": model.scene.plies[pair.searched].name,
+            "max_slip_m": float(of_pair.max()),
+            "mean_slip_m": float(of_pair.mean()),
+            "max_penetration_m": float(deepest[number]),
+        })
+    return entries
+
+
+def _ply_entry(ply, formed: FormedPly) -> dict[str, Any]:
+    shear = np.abs(formed.shear_angle_deg)
+    return {
+        "name": ply.name,
+        "fabric": ply.fabric.name,
+        "triangles": len(formed.triangles),
+        "max_shear_deg": float(shear.max()),
+        "p95_shear_deg": float(np.percentile(shear, 95)),
+        "mean_abs_shear_deg": float(shear.mean()),
+        "max_strain_warp": float(formed.strain[:, 0].max()),
+        "max_strain_weft": float(formed.strain[:, 1].max()),
+        "draw_in_m": draw_in(ply, formed.points),
+    }
+
+
+def run_record(scene: Scene, model: Model, frames: int) -> dict[str, Any]:
+    """Everything of ``run.json``: what is needed to do it again."""
+    return {
+        "scene": scene.name,
+        "parameters": dict(scene.parameters),
+        "duration_s": scene.duration,
+        "frames": frames,
+        "friction": scene.friction,
+        "ply_friction": scene.ply_friction,
+        "gravity_m_s2": [float(g) for g in scene.gravity],
+        "numerics": dataclasses.asdict(scene.numerics),
+        "time_step_s": model.timing.time_step,
+        "search_every": model.timing.search_every,
+        "device": model.device,
+        "versions": versions(),
+        "plies": [
+            {
+                "name": ply.name,
+                "fabric": ply.fabric.name,
+                "warp_angle_deg": float(np.degrees(ply.warp_angle)),
+                "z_m": float(ply.z),
+                "vertices": len(ply.mesh.vertices),
+                "triangles": len(ply.mesh.triangles),
+            }
+            for ply in scene.plies
+        ],
+        "fabrics": {ply.fabric.name: plain(ply.fabric) for ply in scene.plies},
+        "tools": [
+            {"name": t.name, "facets": len(t.triangles), "motion": plain(t.motion)} for t in scene.tools
+        ],
+    }
+
+
+def plain(value: Any) -> Any:
+    """Records as JSON takes them."""
+    if dataclasses.is_dataclass(value):
+        record = {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {"type": type(value).__name__, **record}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    return value
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes."""
+    from importlib.metadata import version
+
+    packages = ("warpdrape", "warp-lang", "numpy", "scipy", "trimesh", "usd-core", "rustworkx")
+    return {"python": platform.python_version(), **{name: version(name) for name in packages}}

@@ -1,0 +1,85 @@
+"""The stable time step: yarns, shear, triangle heights, contact penalty; and mass scaling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdrape.errors import InputError
+from warpdrape.membrane import flat_gradients, triangle_frequencies
+from warpdrape.scene import Scene
+
+CONTACTS_AT_A_VERTEX = 8
+"""Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
+each pair of masses counted at both ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class LumpedMass:
+    """Vertex masses and the step they allow.
+
+    Attributes:
+        mass: mass of every vertex, plies one after the other [kg], shape [vertex].
+        added: share of it that mass scaling added [kg], shape [vertex].
+        stable_step: largest stable step [s], contact included.
+    """
+
+    mass: np.ndarray
+    added: np.ndarray
+    stable_step: float
+
+
+def stable_step(highest: float, contact_share: float, contacts: bool) -> float:
+    """Largest stable step [s] of central differences, (Δt ω)² + Σ k_c Δt²/m ≤ 4.
+
+    Args:
+        highest: bound on ω² of the membranes [1/s²].
+        contact_share: penalty stiffness over m/Δt² [-].
+        contacts: whether there is anything to touch.
+    """
+    left = 4.0 - (CONTACTS_AT_A_VERTEX * contact_share if contacts else 0.0)
+    return math.sqrt(left / highest)
+
+
+def lump_masses(scene: Scene) -> LumpedMass:
+    """Lump each triangle's mass on its vertices, a third each, scaled where asked."""
+    contacts = bool(scene.tools) or len(scene.plies) > 1
+    share = scene.numerics.contact_share
+    target = scene.numerics.minimum_time_step
+    masses, added, highest = [], [], 0.0
+    for ply in scene.plies:
+        frequency = triangle_frequencies(ply, scene.numerics)
+        scale = np.ones(len(frequency))
+        if target is not None:
+            allowed = (stable_step(1.0, share, contacts) * scene.numerics.safety / target) ** 2
+            scale = np.maximum(frequency / allowed, 1.0)
+        _, areas = flat_gradients(ply)
+        third = ply.fabric.areal_density * areas / 3.0
+        vertex = np.asarray(ply.mesh.triangles)
+        count = len(ply.mesh.vertices)
+        total = np.bincount(vertex.ravel(), np.repeat(third * scale, 3), count)
+        masses.append(total)
+        added.append(total - np.bincount(vertex.ravel(), np.repeat(third, 3), count))
+        highest = max(highest, float((frequency / scale).max()))
+    return LumpedMass(
+        np.concatenate(masses), np.concatenate(added), stable_step(highest, share, contacts)
+    )
+
+
+def choose_step(scene: Scene, stable: float) -> float:
+    """Step to use [s].
+
+    Raises:
+        InputError: if the scene asks for more than the stable step.
+    """
+    asked = scene.numerics.time_step
+    if asked is None:
+        return scene.numerics.safety * stable
+    if asked > stable:
+        raise InputError(
+            f"time_step = {asked:.4g} s is above the stable {stable:.4g} s: leave it out, "
+            "or set minimum_time_step to add mass"
+        )
+    return asked
