@@ -37,7 +37,11 @@ def yarn_length(spacing: wp.float64, height: wp.float64, strain: wp.float64) -> 
 
 @wp.func
 def yarn_extension(
-    spacing: wp.float64, length: wp.float64, height: wp.float64, strain: wp.float64, rise: wp.float64
+    spacing: wp.float64,
+    length: wp.float64,
+    height: wp.float64,
+    strain: wp.float64,
+    rise: wp.float64,
 ) -> wp.float64:
     """L − l [m], where the yarn climbs ``height + rise``; without cancellation."""
     two = wp.float64(2.0)
@@ -49,7 +53,7 @@ def yarn_extension(
 def climb_force(
     law: CrimpInterchange, family: int, strain: wp.float64, rise: wp.float64
 ) -> wp.vec2d:
-    """t h/L [N], by which a taut yarn flattens itself, and its slope by h [N/m]."""
+    """Force t h/L [N], by which a taut yarn flattens itself, and its slope by h [N/m]."""
     length = law.length[family]
     height = law.height[family]
     extension = yarn_extension(law.spacing[family], length, height, strain, rise)
@@ -70,8 +74,7 @@ def exchanged_height(law: CrimpInterchange, strain: wp.vec2d) -> wp.float64:
     tolerance = wp.float64(STEP_TOLERANCE) * (high - low)
     rise = wp.float64(0.0)
     last = high - low
-    step = int(0)
-    while step < MOST_STEPS:
+    for _step in range(MOST_STEPS):
         warp_force = climb_force(law, 0, strain[0], rise)
         weft_force = climb_force(law, 1, strain[1], -rise)
         excess = warp_force[0] - weft_force[0]
@@ -86,9 +89,8 @@ def exchanged_height(law: CrimpInterchange, strain: wp.vec2d) -> wp.float64:
             change = newton - rise
         rise = rise + change
         last = change
-        step += 1
         if wp.abs(change) <= tolerance:
-            step = MOST_STEPS
+            break
     return rise
 
 

@@ -6,6 +6,11 @@ A law is a struct of its parameters, ``*_tension(law, strain)`` and ``*_energy(l
 
 import warp as wp
 
+LEAST_FADING = 1e-3
+"""Compressive stiffness by which a border tension fades, at least, over ``stiffness`` [-]."""
+LEAST_STRAIN = 1e-12
+"""Strain over which it fades, at least [-]: far below any that shows in a tension."""
+
 
 @wp.struct
 class LinearTension:
@@ -19,9 +24,12 @@ class LinearTension:
 class TabulatedTension:
     """Cubic-spline energy surface over a regular grid of (ε1, ε2), continued outside it.
 
-    Above the grid the tensions go on linearly, with ``stiffness``. Below it a yarn's tension fades
-    over the strain ``fading`` and ``compressive_stiffness`` takes over: a linear continuation would
-    press the other family together without end.
+    With β the strain outside the grid and W, N, N12 those of the grid's nearest point,
+
+        W + g(N1, β1) + g(N2, β2) + N12 ∂g/∂N1 ∂g/∂N2 + ½ Σ stiffness β²,
+
+    g as in `continuation`. Above the grid the tensions so go on linearly; below it a yarn goes
+    slack and lets go of the other family, instead of pressing it together without end.
     """
 
     origin: wp.vec2d  # strain at the first knot
@@ -29,7 +37,6 @@ class TabulatedTension:
     intervals: wp.vec2i
     stiffness: wp.vec2d  # N/m per unit strain
     compressive_stiffness: wp.vec2d  # N/m per unit strain
-    fading: wp.vec2d  # strain
     coefficients: wp.array2d(dtype=wp.float64)  # J/m², shape [intervals_1 + 3, intervals_2 + 3]
 
 
@@ -85,39 +92,6 @@ def spline_slopes(u: wp.float64) -> wp.vec4d:
 
 
 @wp.func
-def continued_values(u: wp.float64, fading: wp.float64) -> wp.vec4d:
-    """B-splines continued with their slope above 1, and with a slope that fades below 0."""
-    zero = wp.float64(0.0)
-    one = wp.float64(1.0)
-    inside = wp.clamp(u, zero, one)
-    step = wp.max(u - one, zero) + fading * (wp.exp(wp.min(u, zero) / fading) - one)
-    return spline_values(inside) + step * spline_slopes(inside)
-
-
-@wp.func
-def continued_slopes(u: wp.float64, fading: wp.float64) -> wp.vec4d:
-    """Derivative of `continued_values`."""
-    zero = wp.float64(0.0)
-    inside = wp.clamp(u, zero, wp.float64(1.0))
-    return wp.exp(wp.min(u, zero) / fading) * spline_slopes(inside)
-
-
-@wp.func
-def outside(law: TabulatedTension, family: int, strain: wp.float64) -> wp.vec2d:
-    """Strain below the grid (negative) and above it (positive)."""
-    zero = wp.float64(0.0)
-    first = law.origin[family]
-    last = first + law.spacing[family] * wp.float64(law.intervals[family])
-    return wp.vec2d(wp.min(strain - first, zero), wp.max(strain - last, zero))
-
-
-@wp.func
-def outside_stiffness(law: TabulatedTension, family: int) -> wp.vec2d:
-    """Stiffness below and above the grid [N/m]."""
-    return wp.vec2d(law.compressive_stiffness[family], law.stiffness[family])
-
-
-@wp.func
 def spline_sum(
     coefficients: wp.array2d(dtype=wp.float64), i: int, j: int, a: wp.vec4d, b: wp.vec4d
 ) -> wp.float64:
@@ -130,43 +104,86 @@ def spline_sum(
 
 
 @wp.func
-def tabulated_tension(law: TabulatedTension, strain: wp.vec2d) -> wp.vec2d:
-    """Line tensions [N/m]: the gradient of `tabulated_energy`."""
+def surface(law: TabulatedTension, strain: wp.vec2d) -> wp.vec4d:
+    """Return (W, ∂W/∂ε1, ∂W/∂ε2, ∂²W/∂ε1∂ε2) [J/m²] at the grid's point nearest to a strain."""
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
     i = knot_interval(strain[0], law.origin[0], law.spacing[0], law.intervals[0])
     j = knot_interval(strain[1], law.origin[1], law.spacing[1], law.intervals[1])
-    u = (strain[0] - law.origin[0]) / law.spacing[0] - wp.float64(i)
-    v = (strain[1] - law.origin[1]) / law.spacing[1] - wp.float64(j)
-    fade_u = law.fading[0] / law.spacing[0]
-    fade_v = law.fading[1] / law.spacing[1]
-    n1 = spline_sum(
-        law.coefficients, i, j, continued_slopes(u, fade_u), continued_values(v, fade_v)
+    u = wp.clamp((strain[0] - law.origin[0]) / law.spacing[0] - wp.float64(i), zero, one)
+    v = wp.clamp((strain[1] - law.origin[1]) / law.spacing[1] - wp.float64(j), zero, one)
+    values_1 = spline_values(u)
+    values_2 = spline_values(v)
+    slopes_1 = spline_slopes(u) / law.spacing[0]
+    slopes_2 = spline_slopes(v) / law.spacing[1]
+    return wp.vec4d(
+        spline_sum(law.coefficients, i, j, values_1, values_2),
+        spline_sum(law.coefficients, i, j, slopes_1, values_2),
+        spline_sum(law.coefficients, i, j, values_1, slopes_2),
+        spline_sum(law.coefficients, i, j, slopes_1, slopes_2),
     )
-    n2 = spline_sum(
-        law.coefficients, i, j, continued_values(u, fade_u), continued_slopes(v, fade_v)
+
+
+@wp.func
+def beyond_grid(law: TabulatedTension, family: int, strain: wp.float64) -> wp.float64:
+    """Strain outside the grid: negative below it, positive above it."""
+    first = law.origin[family]
+    last = first + law.spacing[family] * wp.float64(law.intervals[family])
+    return strain - wp.clamp(strain, first, last)
+
+
+@wp.func
+def continuation(
+    tension: wp.float64, beyond: wp.float64, stiffness: wp.float64, compressive: wp.float64
+) -> wp.vec4d:
+    """Continue a border tension N over a strain β: (g, ∂g/∂β, ∂g/∂N, ∂²g/∂N∂β), g the energy.
+
+    Above the grid g = N β; below it N fades as exp(β/d), d = |N|/stiffness the strain that makes
+    the yarn slack (and for N < 0 the compressive stiffness, which then takes over).
+    """
+    one = wp.float64(1.0)
+    two = wp.float64(2.0)
+    if beyond >= wp.float64(0.0):
+        return wp.vec4d(tension * beyond, tension, beyond, one)
+    fading = stiffness if tension > wp.float64(0.0) else compressive
+    d = wp.abs(tension) / wp.max(fading, wp.float64(LEAST_FADING) * stiffness)
+    d = wp.max(d, wp.float64(LEAST_STRAIN))
+    x = beyond / d
+    e = wp.exp(x)
+    return wp.vec4d(
+        tension * d * (e - one), tension * e, -d * (two * (one - e) + x * e), e * (one - x)
     )
+
+
+@wp.func
+def outside_stiffness(law: TabulatedTension, family: int, beyond: wp.float64) -> wp.float64:
+    """Stiffness that the strain outside the grid adds [N/m]."""
+    below = law.compressive_stiffness[family]
+    above = law.stiffness[family]
+    return below if beyond < wp.float64(0.0) else above
+
+
+@wp.func
+def tabulated_tension(law: TabulatedTension, strain: wp.vec2d) -> wp.vec2d:
+    """Line tensions [N/m]: the gradient of `tabulated_energy`."""
+    at = surface(law, strain)
+    b1 = beyond_grid(law, 0, strain[0])
+    b2 = beyond_grid(law, 1, strain[1])
+    c1 = continuation(at[1], b1, law.stiffness[0], law.compressive_stiffness[0])
+    c2 = continuation(at[2], b2, law.stiffness[1], law.compressive_stiffness[1])
     return wp.vec2d(
-        n1 / law.spacing[0] + wp.dot(outside_stiffness(law, 0), outside(law, 0, strain[0])),
-        n2 / law.spacing[1] + wp.dot(outside_stiffness(law, 1), outside(law, 1, strain[1])),
+        c1[1] + at[3] * c1[3] * c2[2] + outside_stiffness(law, 0, b1) * b1,
+        c2[1] + at[3] * c2[3] * c1[2] + outside_stiffness(law, 1, b2) * b2,
     )
 
 
 @wp.func
 def tabulated_energy(law: TabulatedTension, strain: wp.vec2d) -> wp.float64:
     """Energy per area [J/m²]."""
-    i = knot_interval(strain[0], law.origin[0], law.spacing[0], law.intervals[0])
-    j = knot_interval(strain[1], law.origin[1], law.spacing[1], law.intervals[1])
-    u = (strain[0] - law.origin[0]) / law.spacing[0] - wp.float64(i)
-    v = (strain[1] - law.origin[1]) / law.spacing[1] - wp.float64(j)
-    inside = spline_sum(
-        law.coefficients,
-        i,
-        j,
-        continued_values(u, law.fading[0] / law.spacing[0]),
-        continued_values(v, law.fading[1] / law.spacing[1]),
-    )
-    out1 = outside(law, 0, strain[0])
-    out2 = outside(law, 1, strain[1])
-    beyond = wp.dot(outside_stiffness(law, 0), wp.cw_mul(out1, out1)) + wp.dot(
-        outside_stiffness(law, 1), wp.cw_mul(out2, out2)
-    )
-    return inside + wp.float64(0.5) * beyond
+    at = surface(law, strain)
+    b1 = beyond_grid(law, 0, strain[0])
+    b2 = beyond_grid(law, 1, strain[1])
+    c1 = continuation(at[1], b1, law.stiffness[0], law.compressive_stiffness[0])
+    c2 = continuation(at[2], b2, law.stiffness[1], law.compressive_stiffness[1])
+    added = outside_stiffness(law, 0, b1) * b1 * b1 + outside_stiffness(law, 1, b2) * b2 * b2
+    return at[0] + c1[0] + c2[0] + at[3] * c1[2] * c2[2] + wp.float64(0.5) * added

@@ -1,8 +1,10 @@
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -247,11 +249,36 @@ def test_file_in_the_way_and_missing_folder(tmp_path):
         writer_in(tmp_path / "scene.usdc")
 
 
-def test_full_disk_is_a_failed_run(tmp_path, monkeypatch):
+def test_nearly_full_disk_stops_the_run_and_keeps_its_frames(tmp_path, monkeypatch):
     with writer_in(tmp_path) as writer:
+        writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
+        monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
+        with pytest.raises(RunFailed, match=r"0 MB left.* the frames up to 0 are kept"):
+            writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies/ply_0")).GetPointsAttr()
+    assert points.GetTimeSamples() == [0.0]
+
+
+def test_folder_removed_during_the_run_is_a_failed_run(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    writer = writer_in(folder)
+    writer.write(np.int64(0), np.float64(0.0), frames_at(0.0), [[0, 0, 0]])
+    shutil.rmtree(folder)
+    with pytest.raises(RunFailed, match="the folder is gone"):
+        writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
+    with pytest.raises(RunFailed, match="could not be renamed"):
+        writer.close()
+
+
+def test_spoilt_file_never_gets_the_final_name(tmp_path, monkeypatch):
+    with writer_in(tmp_path) as writer:
+        writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
         monkeypatch.setattr(Sdf.Layer, "Save", lambda _: Tf.RaiseRuntimeError("no space left"))
-        with pytest.raises(RunFailed, match="is the disk full"):
-            writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
+        with pytest.raises(RunFailed, match="at frame 1 and is lost: is the disk full"):
+            writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_no_tools(tmp_path):

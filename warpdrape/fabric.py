@@ -64,7 +64,7 @@ class Fabric:
     areal_density: float
     thickness: float
     tension: TensionLaw
-    shear: ShearLaw = NoShear()
+    shear: ShearLaw = field(default_factory=NoShear)
     cell_warp: float = 1e-3
     cell_weft: float = 1e-3
     compressive_factor: float = 0.01
@@ -87,7 +87,9 @@ class Fabric:
         if not 0.0 <= finite("compressive_factor", self.compressive_factor) <= 1.0:
             raise InputError(f"compressive_factor = {self.compressive_factor} must lie in 0 … 1")
         if not math.radians(20) <= finite("yarn_angle", self.yarn_angle) <= math.radians(160):
-            raise InputError(f"yarn_angle = {self.yarn_angle} rad must lie in 0.35 … 2.79 (20–160°)")
+            raise InputError(
+                f"yarn_angle = {self.yarn_angle} rad must lie in 0.35 … 2.79 (20–160°)"
+            )
         if not isinstance(self.tension, TensionLaw):
             raise InputError(f"tension = {self.tension!r} is not a tension law")
         if not isinstance(self.shear, ShearLaw):
@@ -95,13 +97,15 @@ class Fabric:
         if isinstance(self.tension, IsotropicMembrane) and (
             not isinstance(self.shear, NoShear) or abs(self.yarn_angle - math.pi / 2) > 1e-12
         ):
-            raise InputError("an isotropic membrane shears by its own law: leave shear and yarn_angle out")
+            raise InputError(
+                "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
+            )
         self._check_crimp()
         falling = falling_angle(self.shear)
         if falling is not None:
             warnings.warn(
-                f"fabric {self.name!r}: the shear couple falls beyond {math.degrees(falling):.1f}°; "
-                "check the signs of its coefficients",
+                f"fabric {self.name!r}: the shear couple falls beyond "
+                f"{math.degrees(falling):.1f}°; check the signs of its coefficients",
                 stacklevel=3,
             )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -136,7 +137,11 @@ def _cell(file: Section, yarn_angle: float, sources: Sources) -> dict[str, float
         value, sources[length] = file.number(key, _CELL[key])
         if value <= 0.0:
             file.fail(f"{key}.value", f"{sources[length].given} must be above zero")
-        cell[length] = value if key == length else 1.0 / (value * math.sin(yarn_angle))
+        cell[length] = value
+        if key == count:
+            cell[length] = 1.0 / (value * math.sin(yarn_angle))
+            given = f"{across} yarns: {sources[length].given}"
+            sources[length] = replace(sources[length], given=given)
     return cell
 
 

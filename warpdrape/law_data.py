@@ -23,8 +23,6 @@ from warpdrape.spline import SplineEnergy, fit_energy
 
 SAMPLES_PER_INTERVAL = 4
 """Points per spline interval at which a table's stiffness is looked at."""
-SHORTEST_FADING = 0.01
-"""Strain over which tensions fade below a table, at least, over its spacing."""
 
 
 def tension_struct(fabric: Fabric, device: Any = None) -> Any:
@@ -60,20 +58,8 @@ def _tabulated_struct(fabric: Fabric, device: Any) -> tension.TabulatedTension:
     law.intervals = wp.vec2i(*energy.intervals)
     law.stiffness = wp.vec2d(*own)
     law.compressive_stiffness = wp.vec2d(*(fabric.compressive_factor * own))
-    law.fading = wp.vec2d(*_fading_strain(energy, own))
     law.coefficients = wp.array(energy.coefficients, dtype=wp.float64, device=device)
     return law
-
-
-def _fading_strain(energy: SplineEnergy, own: np.ndarray) -> np.ndarray:
-    """Strain over which tensions fade below a table [-]: no stiffer than inside it."""
-    (warp, weft) = _sampled_strains(energy)
-    at_border = [
-        np.abs(energy.derivative(warp[:1], weft, (1, 0))).max(),
-        np.abs(energy.derivative(warp, weft[:1], (0, 1))).max(),
-    ]
-    shortest = SHORTEST_FADING * np.asarray(energy.spacing)
-    return np.maximum(np.asarray(at_border) / np.maximum(own, 1e-300), shortest)
 
 
 def _crimp_struct(fabric: Fabric) -> crimp.CrimpInterchange:

@@ -58,7 +58,9 @@ class TabulatedTension:
             steps = np.diff(axis)
             if (steps <= 0).any():
                 at = int(np.argmax(steps <= 0))
-                raise InputError(f"{name} must rise: {axis[at + 1]} follows {axis[at]}; sort the table")
+                raise InputError(
+                    f"{name} must rise: {axis[at + 1]} follows {axis[at]}; sort the table"
+                )
             if np.ptp(steps) > 1e-6 * steps.max():
                 raise InputError(f"{name} must be evenly spaced: resample the table")
             if not axis[0] <= 0.0 < axis[-1]:

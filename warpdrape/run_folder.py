@@ -28,6 +28,17 @@ def partial_path(path: Path) -> Path:
     return path.with_name(f".{path.stem}.partial{path.suffix}")
 
 
+def give_final_name(partial: Path, final: Path) -> None:
+    """Rename a whole file in one move; raise `RunFailed` when the system refuses."""
+    try:
+        os.replace(partial, final)
+    except OSError as error:
+        raise RunFailed(
+            f"{partial} could not be renamed to {final.name} ({error.strerror}): close what uses "
+            "the folder, and rename it by hand"
+        ) from error
+
+
 class RunFolder:
     """A folder that is fit to take one run's results; nothing is touched until `begin`.
 
@@ -86,9 +97,9 @@ class RunFolder:
         partial = partial_path(final)
         try:
             partial.write_text(text, encoding="utf-8", newline="\n")
-            os.replace(partial, final)
         except OSError as error:
             raise RunFailed(_unwritable(final, error)) from error
+        give_final_name(partial, final)
         return final
 
     def history(self) -> HistoryWriter:
@@ -145,7 +156,7 @@ class HistoryWriter:
             return
         self._file.close()
         if self.columns:
-            os.replace(self.partial_path, self.path)
+            give_final_name(self.partial_path, self.path)
         else:
             self.partial_path.unlink(missing_ok=True)
 

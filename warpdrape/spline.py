@@ -128,7 +128,8 @@ def _least_squares(lines: np.ndarray, spacing: tuple[float, float]) -> np.ndarra
     return h * solution[rows:].reshape(n + 2, m + 2)
 
 
-def _third_difference(size: int):  # noqa: ANN202 - a scipy sparse array
+def _third_difference(size: int):
+    """Sparse matrix of third differences, shape [size - 3, size]."""
     from scipy import sparse
 
     return sparse.diags_array(

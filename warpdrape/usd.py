@@ -10,6 +10,7 @@ the file's index in place: only a kill or power cut inside the millisecond of a 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Tf, Usd
 
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.run_folder import partial_path
+from warpdrape.run_folder import give_final_name, partial_path
 from warpdrape.usd_stage import (
     TIME_ATTRIBUTE,
     MeshPrim,
@@ -34,6 +35,7 @@ from warpdrape.usd_stage import (
 
 FRAMES_PER_SECOND = 24.0
 """Frames that a viewer plays in a second, by default."""
+_SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ class UsdWriter:
         for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
             _refuse_duplicates(kind, meshes)
         self._last = -1
+        self._spoilt = False
         self._stage: Usd.Stage | None = _create(self.partial_path)
         set_up_stage(self._stage, frames_per_second)
         cloth, metal = define_materials(self._stage)
@@ -160,29 +163,39 @@ class UsdWriter:
         moves = _checked("tools", "translation", moves, (len(self._tools), 3))
         if not np.isfinite(time_s):
             raise ValueError(f"time_s = {time_s!r} of frame {frame_index} must be finite")
-        with Sdf.ChangeBlock():
-            for attributes, values in zip(self._plies, frames, strict=True):
-                for name, attribute in attributes.items():
-                    attribute.Set(to_usd(values[name]), frame_index)
-            for operation, move in zip(self._tools, moves, strict=True):
-                operation.Set(Gf.Vec3d(*map(float, move)), frame_index)
-            self._time.Set(float(time_s), frame_index)
-            if self._last < 0:
-                self._stage.SetStartTimeCode(frame_index)
-            self._stage.SetEndTimeCode(frame_index)
-        self._last = frame_index
+        self._check_space(sum(v.nbytes for values in frames for v in values.values()))
+        self._author(int(frame_index), float(time_s), frames, moves)
         self._save()
 
+    def _author(
+        self,
+        frame: int,
+        time_s: float,
+        ply_values: Sequence[dict[str, NDArray[np.float32]]],
+        moves: NDArray[np.float64],
+    ) -> None:
+        with Sdf.ChangeBlock():
+            for attributes, values in zip(self._plies, ply_values, strict=True):
+                for name, attribute in attributes.items():
+                    attribute.Set(to_usd(values[name]), frame)
+            for operation, move in zip(self._tools, moves, strict=True):
+                operation.Set(Gf.Vec3d(*map(float, move)), frame)
+            self._time.Set(time_s, frame)
+            if self._last < 0:
+                self._stage.SetStartTimeCode(frame)
+            self._stage.SetEndTimeCode(frame)
+        self._last = frame
+
     def close(self) -> None:
-        """Give the file its final name; without a single frame, leave no file at all."""
+        """Give the file its final name; without a frame, or after a failed save, leave none."""
         if self._stage is None:
             return
         self._plies, self._tools, self._time = [], [], None
         self._stage = None  # the library lets go of the file, as Windows wants before a rename
-        if self._last < 0:
+        if self._last < 0 or self._spoilt:
             self.partial_path.unlink(missing_ok=True)
             return
-        os.replace(self.partial_path, self.path)
+        give_final_name(self.partial_path, self.path)
         stale = Sdf.Layer.Find(str(self.path))
         if stale:  # someone in this process still looks at an older file of this name
             stale.Reload(True)
@@ -197,10 +210,26 @@ class UsdWriter:
         try:
             self._stage.GetRootLayer().Save()
         except Tf.ErrorException as error:
+            self._spoilt = True
             raise RunFailed(
-                f"{self.partial_path} could not be saved after frame {self._last}: "
-                "is the disk full? Free some space or write elsewhere"
+                f"{self.partial_path} could not be saved at frame {self._last} and is lost: "
+                "is the disk full, or the folder gone? Free some space or write elsewhere"
             ) from error
+
+    def _check_space(self, size: int) -> None:
+        """Stop before a save that would not fit, because it would spoil the frames before it."""
+        try:
+            free = shutil.disk_usage(self.path.parent).free
+        except OSError as error:
+            raise RunFailed(
+                f"{self.path.parent} cannot take the next frame: the folder is gone; run again "
+                "and leave it in place"
+            ) from error
+        if free < 2 * size + _SPARE_BYTES:
+            raise RunFailed(
+                f"{self.path.parent} has {free / 1e6:.0f} MB left, too little for the next frame: "
+                f"free some space or write elsewhere; the frames up to {self._last} are kept"
+            )
 
 
 def _create(path: Path) -> Usd.Stage:
