@@ -99,12 +99,8 @@ def yarn_stretches(law: CrimpInterchange, strain: wp.vec2d) -> wp.vec2d:
     """L/l − 1 [-] of both yarns at balance, 0 where slack."""
     zero = wp.float64(0.0)
     rise = exchanged_height(law, strain)
-    warp_extension = yarn_extension(
-        law.spacing[0], law.length[0], law.height[0], strain[0], rise
-    )
-    weft_extension = yarn_extension(
-        law.spacing[1], law.length[1], law.height[1], strain[1], -rise
-    )
+    warp_extension = yarn_extension(law.spacing[0], law.length[0], law.height[0], strain[0], rise)
+    weft_extension = yarn_extension(law.spacing[1], law.length[1], law.height[1], strain[1], -rise)
     return wp.vec2d(
         wp.max(warp_extension, zero) / law.length[0], wp.max(weft_extension, zero) / law.length[1]
     )

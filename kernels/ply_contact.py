@@ -21,6 +21,8 @@ class PlyContact:
     near: wp.int32  # 1 if the vertex may touch before the next search
     weights: wp.vec3d  # of a, b, c at the nearest point
     normal: wp.vec3d  # towards the vertex's side
+    rise: wp.float64  # of the curved mid-surface over the facet, along the normal [m]
+    allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
 
 
 @wp.struct
@@ -58,7 +60,7 @@ def add_vertex_normals(
 
 
 @wp.func
-def leaves_the_edge(
+def is_beyond_edge(
     weights: wp.vec3d, open_edges: wp.int32, offset: wp.vec3d, normal: wp.vec3d
 ) -> bool:
     """Whether the nearest point lies on an open edge with the vertex beyond it.
@@ -66,12 +68,37 @@ def leaves_the_edge(
     Bit e of ``open_edges`` is set if the edge opposite corner e borders the ply.
     """
     aside = wp.length_sq(offset - wp.dot(offset, normal) * normal)
-    if aside <= wp.float64(1.0e-4) * wp.length_sq(offset):
+    if aside <= wp.float64(1.0e-12) * wp.length_sq(offset):
         return False
     for corner in range(3):
         if weights[corner] <= wp.float64(0.0) and (open_edges >> corner) & 1 == 1:
             return True
     return False
+
+
+@wp.func
+def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp.vec3d), i: int):
+    """Gap [m] of vertex i to the tangent plane of its contact, penetration still allowed added."""
+    w = contact.weights
+    nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
+    offset = thickness + contact.rise - contact.allowance
+    return wp.dot(contact.normal, x[i] - nearest) - offset
+
+
+@wp.func
+def curved_offset(
+    a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, na: wp.vec3d, nb: wp.vec3d, nc: wp.vec3d, w: wp.vec3d
+) -> wp.vec3d:
+    """Vector [m] from a facet to the smooth surface through its corners with their normals.
+
+    Half the mean projection on the corners' tangent planes: exact to second order. It makes the gap
+    fall and rise as the interpolated normal says, so that sliding over facets creates no energy.
+    """
+    flat = w[0] * a + w[1] * b + w[2] * c
+    onto = w[0] * wp.dot(a - flat, na) * na
+    onto += w[1] * wp.dot(b - flat, nb) * nb
+    onto += w[2] * wp.dot(c - flat, nc) * nc
+    return wp.float64(0.5) * onto
 
 
 @wp.kernel(enable_backward=False)
@@ -82,6 +109,7 @@ def find_ply_contacts(
     first_slot: int,
     reach: wp.float64,
     radius: wp.float64,
+    keep: wp.float64,
     triangles: wp.array2d(dtype=wp.int32),
     open_edges: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
@@ -91,6 +119,10 @@ def find_ply_contacts(
 ):
     """Find the nearest triangle of another ply; one thread a vertex.
 
+    The borders of a ply are rounded: beyond one the normal points from the edge to the vertex. When
+    the gap would jump to a deeper penetration (facets change, a vertex comes back over a border) the
+    difference is allowed for and fades, so that forces stay continuous.
+
     Args:
         faces: the searched ply.
         pair: number of the pair of plies.
@@ -98,6 +130,7 @@ def find_ply_contacts(
         first_slot: where its contacts with the searched ply are kept.
         reach: distance beyond the thickness that counts as near [m].
         radius: of the mesh query [m].
+        keep: share of an allowed penetration that lasts until the next search [-].
         triangles: vertices, shape [triangle, 3].
         open_edges: bits of the edges that border the ply, shape [triangle].
         x: positions [m], shape [vertex].
@@ -108,8 +141,11 @@ def find_ply_contacts(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
-    query = wp.mesh_query_point_no_sign(faces.mesh, to_single(x[i]), float(radius))
+    before = wp.float64(0.0)
+    if contacts[slot].near == 1:
+        before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
+    query = wp.mesh_query_point_no_sign(faces.mesh, to_single(x[i]), float(radius))
     if not query.result:
         return
     t = faces.first_triangle + query.face
@@ -117,14 +153,19 @@ def find_ply_contacts(
     b = triangles[t, 1]
     c = triangles[t, 2]
     w = barycentric(x[a], x[b], x[c], x[i])
+    na = wp.normalize(normals[a])
+    nb = wp.normalize(normals[b])
+    nc = wp.normalize(normals[c])
     offset = x[i] - (w[0] * x[a] + w[1] * x[b] + w[2] * x[c])
-    normal = faces.side * wp.normalize(
-        w[0] * wp.normalize(normals[a])
-        + w[1] * wp.normalize(normals[b])
-        + w[2] * wp.normalize(normals[c])
-    )
-    gap = wp.dot(normal, offset) - faces.thickness
-    if gap > reach or leaves_the_edge(w, open_edges[t], offset, normal):
+    normal = faces.side * wp.normalize(w[0] * na + w[1] * nb + w[2] * nc)
+    rise = wp.dot(normal, curved_offset(x[a], x[b], x[c], na, nb, nc, w))
+    rise = wp.clamp(rise, -faces.thickness, faces.thickness)
+    if is_beyond_edge(w, open_edges[t], offset, normal):
+        if wp.dot(normal, offset) <= wp.float64(0.0):
+            return
+        normal = wp.normalize(offset)
+    gap = wp.dot(normal, offset) - faces.thickness - rise
+    if gap > reach:
         return
     contacts[slot].near = 1
     contacts[slot].a = a
@@ -132,6 +173,8 @@ def find_ply_contacts(
     contacts[slot].c = c
     contacts[slot].weights = w
     contacts[slot].normal = normal
+    contacts[slot].rise = rise
+    contacts[slot].allowance = keep * wp.max(before - gap, wp.float64(0.0))
     if gap < wp.float64(0.0):
         wp.atomic_max(deepest, pair, -gap)
 
@@ -185,7 +228,7 @@ def add_ply_forces(
     c = contacts[slot].c
     w = contacts[slot].weights
     normal = contacts[slot].normal
-    gap = wp.dot(normal, x[i] - (w[0] * x[a] + w[1] * x[b] + w[2] * x[c])) - thickness
+    gap = contact_gap(contacts[slot], thickness, x, i)
     old = springs[slot]
     if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return

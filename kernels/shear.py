@@ -46,6 +46,9 @@ def polynomial_energy(law: ShearPolynomial, angle: wp.float64) -> wp.float64:
 @wp.func
 def curve_interval(law: ShearCurve, size: wp.float64) -> int:
     """Index of the knot at or below a positive angle; the last knot beyond the table."""
+    last = law.angles.shape[0] - 1
+    if size >= law.angles[last]:
+        return last
     return wp.max(wp.lower_bound(law.angles, size) - 1, 0)
 
 

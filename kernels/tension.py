@@ -6,10 +6,8 @@ A law is a struct of its parameters, ``*_tension(law, strain)`` and ``*_energy(l
 
 import warp as wp
 
-LEAST_FADING = 1e-3
-"""Compressive stiffness by which a border tension fades, at least, over ``stiffness`` [-]."""
 LEAST_STRAIN = 1e-12
-"""Strain over which it fades, at least [-]: far below any that shows in a tension."""
+"""Strain over which a border tension fades, at least [-]: far below any that shows in a tension."""
 
 
 @wp.struct
@@ -47,9 +45,7 @@ def linear_tension(law: LinearTension, strain: wp.vec2d) -> wp.vec2d:
     compressed = wp.float64(law.compressive_factor)
     factor1 = compressed if strain[0] < wp.float64(0.0) else one
     factor2 = compressed if strain[1] < wp.float64(0.0) else one
-    return wp.vec2d(
-        factor1 * law.stiffness[0] * strain[0], factor2 * law.stiffness[1] * strain[1]
-    )
+    return wp.vec2d(factor1 * law.stiffness[0] * strain[0], factor2 * law.stiffness[1] * strain[1])
 
 
 @wp.func
@@ -133,21 +129,17 @@ def beyond_grid(law: TabulatedTension, family: int, strain: wp.float64) -> wp.fl
 
 
 @wp.func
-def continuation(
-    tension: wp.float64, beyond: wp.float64, stiffness: wp.float64, compressive: wp.float64
-) -> wp.vec4d:
+def continuation(tension: wp.float64, beyond: wp.float64, stiffness: wp.float64) -> wp.vec4d:
     """Continue a border tension N over a strain β: (g, ∂g/∂β, ∂g/∂N, ∂²g/∂N∂β), g the energy.
 
     Above the grid g = N β; below it N fades as exp(β/d), d = |N|/stiffness the strain that makes
-    the yarn slack (and for N < 0 the compressive stiffness, which then takes over).
+    the yarn slack.
     """
     one = wp.float64(1.0)
     two = wp.float64(2.0)
     if beyond >= wp.float64(0.0):
         return wp.vec4d(tension * beyond, tension, beyond, one)
-    fading = stiffness if tension > wp.float64(0.0) else compressive
-    d = wp.abs(tension) / wp.max(fading, wp.float64(LEAST_FADING) * stiffness)
-    d = wp.max(d, wp.float64(LEAST_STRAIN))
+    d = wp.max(wp.abs(tension) / stiffness, wp.float64(LEAST_STRAIN))
     x = beyond / d
     e = wp.exp(x)
     return wp.vec4d(
@@ -169,8 +161,8 @@ def tabulated_tension(law: TabulatedTension, strain: wp.vec2d) -> wp.vec2d:
     at = surface(law, strain)
     b1 = beyond_grid(law, 0, strain[0])
     b2 = beyond_grid(law, 1, strain[1])
-    c1 = continuation(at[1], b1, law.stiffness[0], law.compressive_stiffness[0])
-    c2 = continuation(at[2], b2, law.stiffness[1], law.compressive_stiffness[1])
+    c1 = continuation(at[1], b1, law.stiffness[0])
+    c2 = continuation(at[2], b2, law.stiffness[1])
     return wp.vec2d(
         c1[1] + at[3] * c1[3] * c2[2] + outside_stiffness(law, 0, b1) * b1,
         c2[1] + at[3] * c2[3] * c1[2] + outside_stiffness(law, 1, b2) * b2,
@@ -183,7 +175,7 @@ def tabulated_energy(law: TabulatedTension, strain: wp.vec2d) -> wp.float64:
     at = surface(law, strain)
     b1 = beyond_grid(law, 0, strain[0])
     b2 = beyond_grid(law, 1, strain[1])
-    c1 = continuation(at[1], b1, law.stiffness[0], law.compressive_stiffness[0])
-    c2 = continuation(at[2], b2, law.stiffness[1], law.compressive_stiffness[1])
+    c1 = continuation(at[1], b1, law.stiffness[0])
+    c2 = continuation(at[2], b2, law.stiffness[1])
     added = outside_stiffness(law, 0, b1) * b1 * b1 + outside_stiffness(law, 1, b2) * b2 * b2
     return at[0] + c1[0] + c2[0] + at[3] * c1[2] * c2[2] + wp.float64(0.5) * added

@@ -82,8 +82,12 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         values.append(("shear.angles", f"{angles.size} points to {angles[-1]:.4g} rad"))
         values.append(("shear.couples", f"to {couples[-1]:.4g} N·m"))
     elif not isinstance(fabric.shear, NoShear):
-        shown = ", ".join(f"{c:.5g}" for c in fabric.shear.coefficients)
-        values.append(("shear.coefficients", f"({shown}) N·m"))
+        terms = fabric.shear.coefficients
+        shown = "(" + ", ".join(f"{c:.5g}" for c in terms) + ") N·m"
+        source = fabric.sources.get("shear.coefficients")
+        if source and source.given:
+            shown = "of " + ", ".join(("γ", "γ³", "γ⁵", "γ⁷")[: len(terms)])
+        values.append(("shear.coefficients", shown))
     return values
 
 
@@ -187,13 +191,19 @@ def _plot_tensions(fabric: Fabric, axes) -> None:
         if isinstance(fabric.tension, TabulatedTension):
             largest = min(fabric.tension.strain_warp[-1], fabric.tension.strain_weft[-1])
         strain = np.linspace(-0.25 * largest, largest, 251)
+        coupled = not isinstance(fabric.tension, LinearTension)
         for family, name in enumerate(("warp", "weft")):
-            for ratio, style in ((0.0, "-"), (1.0, "--")):
+            for ratio, style in ((0.0, "-"), (1.0, "--"))[: 1 + coupled]:
                 both = np.stack([strain, ratio * strain], axis=1)
                 line = sample_tensions(fabric, both[:, ::-1] if family else both)[0][:, family]
-                other = "equal" if ratio else "0"
-                label = f"{name}, other strain {other}"
-                axes.plot(100 * strain, line * fabric.yarn_width[family], style, color=f"C{family}", label=label)
+                axes.plot(
+                    100 * strain,
+                    line * fabric.yarn_width[family],
+                    style,
+                    color=f"C{family}",
+                    linewidth=1.2 if family else 3.0,
+                    label=f"{name}, other strain {'equal' if ratio else '0'}" if coupled else name,
+                )
         axes.set(ylabel="tension [N per yarn]")
     axes.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
     axes.legend(frameon=False, fontsize="small")
@@ -208,6 +218,7 @@ def _plot_shear(fabric: Fabric, couple, force) -> None:
         membrane = isinstance(fabric.tension, IsotropicMembrane)
         text = "shears as the membrane" if membrane else "shears freely"
         for axes in (couple, force):
+            axes.set(xticks=[], yticks=[])
             axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes)
         return
     last = 70.0

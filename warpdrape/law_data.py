@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,10 @@ from warpdrape.spline import SplineEnergy, fit_energy
 
 SAMPLES_PER_INTERVAL = 4
 """Points per spline interval at which a table's stiffness is looked at."""
+LEAST_STIFFNESS = 1e-6
+"""Stiffness of a family that a table gives none, over the largest in the table [-]."""
+
+_fitted = lru_cache(maxsize=16)(fit_energy)
 
 
 def tension_struct(fabric: Fabric, device: Any = None) -> Any:
@@ -50,7 +56,9 @@ def _linear_struct(fabric: Fabric) -> tension.LinearTension:
 
 
 def _tabulated_struct(fabric: Fabric, device: Any) -> tension.TabulatedTension:
-    energy = fit_energy(fabric.tension, fabric.yarn_width)
+    energy = _fitted(fabric.tension, fabric.yarn_width)
+    if energy.warning:
+        warnings.warn(f"fabric {fabric.name!r}: {energy.warning}", stacklevel=3)
     own, _ = _table_stiffness(energy)
     law = tension.TabulatedTension()
     law.origin = wp.vec2d(*energy.origin)
@@ -140,7 +148,7 @@ def tension_stiffness(fabric: Fabric) -> tuple[float, float]:
         case LinearTension():
             return law.warp / b1, law.weft / b2
         case TabulatedTension():
-            own, cross = _table_stiffness(fit_energy(law, fabric.yarn_width))
+            own, cross = _table_stiffness(_fitted(law, fabric.yarn_width))
             bound = own * (1 + fabric.compressive_factor) + cross
             return float(bound[0]), float(bound[1])
         case CrimpInterchange():
@@ -160,7 +168,8 @@ def _table_stiffness(energy: SplineEnergy) -> tuple[np.ndarray, np.ndarray]:
     strains = _sampled_strains(energy)
     own = [energy.derivative(*strains, order).max() for order in ((2, 0), (0, 2))]
     cross = np.abs(energy.derivative(*strains, (1, 1))).max()
-    return np.maximum(own, 0.0), np.full(2, cross)
+    floor = LEAST_STIFFNESS * max(*own, cross)
+    return np.maximum(own, floor), np.full(2, cross)
 
 
 def _sampled_strains(energy: SplineEnergy) -> tuple[np.ndarray, np.ndarray]:

@@ -132,9 +132,7 @@ def _third_difference(size: int):
     """Sparse matrix of third differences, shape [size - 3, size]."""
     from scipy import sparse
 
-    return sparse.diags_array(
-        [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size)
-    )
+    return sparse.diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size))
 
 
 def _knot_basis(knots: int, order: int) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import warp as wp
 
@@ -15,6 +17,9 @@ from warpdrape.kernels.ply_contact import (
 from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.model import Model, State, near_reach
 from warpdrape.motion import Float
+
+FADING = 5e-4
+"""Time in which a penetration that appeared by a jump of the gap is pushed out [s]."""
 
 
 def search_contacts(model: Model, state: State) -> None:
@@ -38,13 +43,14 @@ def search_contacts(model: Model, state: State) -> None:
                   outputs=[mesh.points], device=device)
         mesh.refit()
     reach = near_reach(scene)
+    keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
     for number, pair in enumerate(model.ply_pairs):
         searching = model.membranes[pair.searching]
-        radius = pair.faces.thickness + 2.0 * reach
+        radius = 2.0 * pair.faces.thickness + 2.0 * reach
         wp.launch(
             find_ply_contacts,
             searching.vertex_count,
-            inputs=[pair.faces, number, searching.first_vertex, pair.first_slot, reach, radius,
+            inputs=[pair.faces, number, searching.first_vertex, pair.first_slot, reach, radius, keep,
                     model.triangles, model.open_edges, state.x, state.normals],
             outputs=[state.ply_contacts, state.ply_deepest],
             device=device,
@@ -99,7 +105,11 @@ def step(model: Model, state: State) -> None:
 
 
 class Stepper:
-    """Runs blocks of a search and the steps up to the next one, from a graph where it can."""
+    """Runs blocks of a search and the steps up to the next one, the steps from a captured graph.
+
+    The search stays outside the graph: Warp 1.19 does not record `Mesh.refit` on the CPU, so that a
+    replay would query a stale hierarchy.
+    """
 
     def __init__(self, model: Model, state: State) -> None:
         """Keep model and state; a graph is captured at the first block."""
@@ -136,16 +146,16 @@ class Stepper:
 
     def block(self) -> None:
         """Search once and do the steps up to the next search."""
+        search_contacts(self._model, self._state)
         if not self._model.scene.numerics.graph:
-            self._launch_block()
+            self._launch_steps()
             return
         if self._graph is None:
             with wp.ScopedCapture(device=self._model.device) as capture:
-                self._launch_block()
+                self._launch_steps()
             self._graph = capture.graph
         wp.capture_launch(self._graph)
 
-    def _launch_block(self) -> None:
-        search_contacts(self._model, self._state)
+    def _launch_steps(self) -> None:
         for _ in range(self._model.timing.search_every):
             step(self._model, self._state)

@@ -1,0 +1,258 @@
+"""Fabric files: what they hold, what is wrong with bad ones, and the card."""
+
+import math
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from warpdrape.errors import InputError
+from warpdrape.fabric import STATUSES, Source
+from warpdrape.fabric_card import card, plot_card
+from warpdrape.fabric_library import fabric_names, load_fabric
+from warpdrape.fabric_units import UNITS, si_factor
+from warpdrape.laws import IsotropicMembrane, NoShear, ShearTable, TabulatedTension
+
+GOOD = """\
+name = "mine"
+
+[areal_density]
+value = 300
+unit = "g/m^2"
+status = "measured"
+source = "own scales"
+
+[thickness]
+value = 0.3
+unit = "mm"
+status = "measured"
+source = "own gauge"
+
+[yarns_warp]
+value = 5
+unit = "1/cm"
+status = "measured"
+source = "counted"
+
+[cell_warp]
+value = 2.5
+unit = "mm"
+status = "measured"
+source = "counted"
+
+[tension]
+law = "linear"
+warp = { value = 40, unit = "kN", status = "assumed", source = "a guess" }
+weft = { value = 50, unit = "kN", status = "assumed", source = "a guess" }
+
+[shear]
+law = "table"
+
+[shear.angles]
+value = [0, 10, 30, 60]
+unit = "deg"
+status = "measured"
+source = "picture frame"
+
+[shear.couples]
+value = [0, 0.1, 0.2, 0.9]
+unit = "N*mm"
+status = "measured"
+source = "picture frame"
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a fabric file, ``GOOD`` with replacements, and return its path."""
+
+    def write(*replacements):
+        text = GOOD
+        for old, new in replacements:
+            assert old in text
+            text = text.replace(old, new, 1)
+        path = tmp_path / "mine.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("name", fabric_names())
+def test_bundled_fabrics_say_where_every_value_comes_from(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fabric = load_fabric(name)
+    assert fabric.name == name
+    assert fabric.description
+    assert len(fabric.sources) >= 7
+    for source in fabric.sources.values():
+        assert source.status in STATUSES
+        assert source.text
+        assert source.given
+
+
+def test_carbon_interlock_is_the_fabric_of_the_reference_press():
+    fabric = load_fabric("carbon_interlock")
+    assert fabric.areal_density == pytest.approx(0.63)
+    assert fabric.thickness == pytest.approx(6e-4)
+    # The weft yarns' spacing is the cell's length along the warp.
+    assert (1 / fabric.cell_warp, 1 / fabric.cell_weft) == pytest.approx((740, 750))
+    assert fabric.yarn_width == pytest.approx((1 / 750, 1 / 740))
+    assert (fabric.tension.warp, fabric.tension.weft) == pytest.approx((46e3, 48e3))
+    assert fabric.shear.coefficients == pytest.approx((0.37044e-3, -0.84105e-3, 1.03113e-3))
+    assert fabric.compressive_factor == 0.01
+    assert fabric.sources["compressive_factor"].status == "assumed"
+    assert "sign" in fabric.sources["shear.coefficients"].doubt
+    assert "name" in fabric.doubts[0] and "inferred" in fabric.doubts[0]
+
+
+def test_carbon_interlock_has_its_least_slope_at_28_degrees():
+    law = load_fabric("carbon_interlock").shear
+    angles = np.radians(np.linspace(0, 80, 8001))
+    slopes = law.slope(angles)
+    assert slopes.min() * 1e3 == pytest.approx(0.06174, abs=1e-5)
+    assert math.degrees(angles[slopes.argmin()]) == pytest.approx(28.36, abs=0.02)
+
+
+def test_synthetic_plain_crimp_is_that_of_the_closed_form():
+    fabric = load_fabric("synthetic_plain_crimp")
+    law = fabric.tension
+    assert law.heights == pytest.approx((0.465567e-3,) * 2, abs=1e-9)
+    assert law.lengths == pytest.approx((5.220800e-3,) * 2, abs=1e-9)
+    assert law.stiffness_warp == 34e3
+    assert fabric.shear == NoShear()
+
+
+def test_a_users_file(write):
+    fabric = load_fabric(write())
+    assert fabric.name == "mine"
+    assert fabric.areal_density == pytest.approx(0.3)
+    assert (fabric.cell_warp, fabric.cell_weft) == pytest.approx((2.5e-3, 2e-3))
+    assert isinstance(fabric.shear, ShearTable)
+    assert fabric.shear.angles == pytest.approx(np.radians([0, 10, 30, 60]))
+    assert fabric.shear.couples == pytest.approx([0, 1e-4, 2e-4, 9e-4])
+    assert fabric.sources["tension.warp"] == Source("assumed", "a guess", "", "40 kN")
+
+
+def test_a_users_file_with_slanted_yarns(write):
+    angle = '[yarn_angle]\nvalue = 60\nunit = "°"\nstatus = "measured"\nsource = "x"\n\n[tension]'
+    fabric = load_fabric(write(("[tension]", angle)))
+    assert fabric.yarn_angle == pytest.approx(math.radians(60))
+    assert fabric.yarn_width[0] == pytest.approx(2e-3)  # 5 warp yarns per cm across them
+
+
+def test_other_laws_in_a_file(write):
+    start, end = GOOD.index("[tension]"), GOOD.index("[shear]")
+    told = 'status = "measured", source = "biaxial rig"'
+    rows = "[[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5], [3, 4, 5, 6]]"
+    table = f"""[tension]
+law = "table"
+strain_warp = {{ value = [0, 0.1, 0.2, 0.3], unit = "%", {told} }}
+strain_weft = {{ value = [0, 0.1, 0.2, 0.3], unit = "%", {told} }}
+tension_warp = {{ value = {rows}, unit = "N", {told} }}
+tension_weft = {{ value = {rows}, unit = "N", {told} }}
+
+"""
+    fabric = load_fabric(write((GOOD[start:end], table)))
+    assert isinstance(fabric.tension, TabulatedTension)
+    assert fabric.tension.strain_warp == pytest.approx([0, 1e-3, 2e-3, 3e-3])
+    assert "table of 4 rows N" in card(fabric)
+
+    sheet = f"""[tension]
+law = "isotropic"
+stiffness = {{ value = 20, unit = "N/mm", {told} }}
+poisson = {{ value = 0.3, unit = "-", {told} }}
+"""
+    cell = GOOD[GOOD.index("[yarns_warp]") : start]
+    fabric = load_fabric(write((GOOD[start:], sheet), (cell, "")))
+    assert fabric.tension == IsotropicMembrane(2e4, 0.3)
+    assert "isotropic membrane" in card(fabric)
+
+
+def test_units_of_the_field():
+    assert si_factor("couple", "N mm") is None
+    assert si_factor("couple", "N·mm") == si_factor("couple", "N.mm") == 1e-3
+    assert si_factor("areal density", "g/m2") == 1e-3
+    assert si_factor("yarns per length", "1/inch") == pytest.approx(39.3700787)
+    for quantity, units in UNITS.items():
+        assert 1.0 in units.values(), quantity
+        assert all(si_factor(quantity, unit) == factor for unit, factor in units.items())
+
+
+# What is wrong → the line it is on and words of the message.
+FAULTS = {
+    "unknown unit": (('unit = "g/m^2"', 'unit = "oz/yd²"'), 5, "areal_density.unit.*g/m²"),
+    "wrong quantity": (('unit = "mm"', 'unit = "N"'), 11, "thickness.unit.*no unit of length"),
+    "no unit": (('unit = "mm"\n', ""), 9, "'thickness': 'unit'.*missing"),
+    "no value": (("value = 0.3\n", ""), 9, "'thickness': 'value' is missing"),
+    "no source": (('source = "own gauge"', ""), 9, "'thickness': 'source'.*missing"),
+    "unknown status": (('status = "measured"', 'status = "mesured"'), 6, "'measured'"),
+    "unknown key": (('law = "linear"', 'law = "linear"\nwrap = 1'), 29, "did you mean 'warp'"),
+    "unknown key of a value": (('source = "own gauge"', 'sauce = "x"'), 13, "mean 'source'"),
+    "unknown table": (("[thickness]", "[thicknes]"), 9, "did you mean 'thickness'"),
+    "unknown law": (('law = "linear"', 'law = "liner"'), 28, "did you mean 'linear'"),
+    "text for a number": (("value = 0.3", 'value = "0.3"'), 10, "thickness.value.*finite num"),
+    "array for a number": (("value = 0.3", "value = [0.3]"), 10, "thickness.value.*one number"),
+    "not finite": (("value = 0.3", "value = nan"), 10, "thickness.value.*finite"),
+    "negative": (("value = 0.3", "value = -0.3"), 10, "thickness.value.*above zero"),
+    "negative count": (("value = 5", "value = -5"), 16, "yarns_warp.value.*above zero"),
+    "unsorted": (("[0, 10, 30, 60]", "[0, 30, 10, 60]"), 36, "shear.angles.value.*must rise"),
+    "falling": (("0.1, 0.2, 0.9", "0.1, 0.05, 0.9"), 42, "shear.couples.value.*must not fall"),
+    "lengths differ": (("0.1, 0.2, 0.9", "0.1, 0.9"), 42, "as many couples"),
+    "ragged": (("[0, 10, 30, 60]", "[[0, 10], [30]]"), 36, "shear.angles.value.*array of numbers"),
+    "cell twice": (("[thickness]", "[cell_weft]\n[thickness]"), 16, "either 'yarns_warp' or"),
+    "zero stiffness": (("value = 40", "value = 0"), 29, "tension.warp.value.*above zero"),
+    "no name": (('name = "mine"', ""), 1, "'name'.*missing"),
+    "broken": (("[thickness]", "[thickness"), 9, "not valid TOML"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_name_file_line_and_key(write, fault):
+    replacement, line, words = FAULTS[fault]
+    path = write(replacement)
+    with pytest.raises(InputError, match=words) as caught:
+        load_fabric(path)
+    text = str(caught.value)
+    assert str(path) in text
+    assert re.search(rf"line {line}\b", text)
+    assert "\n" not in text
+
+
+def test_unknown_names_get_the_nearest_known_one(tmp_path):
+    with pytest.raises(InputError, match="did you mean 'carbon_interlock'"):
+        load_fabric("carbon_interlok")
+    with pytest.raises(InputError, match="cannot be read"):
+        load_fabric(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="name or the path"):
+        load_fabric(3)
+
+
+def test_falling_couple_of_a_file_is_warned_about(write):
+    start = GOOD.index("[shear]")
+    falling = """[shear]
+law = "polynomial"
+coefficients = { value = [1, -1], unit = "N·mm", status = "assumed", source = "a guess" }
+"""
+    with pytest.warns(UserWarning, match="'mine'.*falls beyond 33.1°"):
+        load_fabric(write((GOOD[start:], falling)))
+
+
+def test_card_shows_every_value_with_status_source_and_doubt():
+    fabric = load_fabric("carbon_interlock")
+    text = card(fabric)
+    flat = " ".join(text.split())
+    for source in fabric.sources.values():
+        for part in (source.given, source.status, source.text, source.doubt):
+            assert " ".join(part.split()) in flat
+    for doubt in fabric.doubts:
+        assert doubt in flat
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_card_plot(tmp_path):
+    for name in fabric_names():
+        plot_card(load_fabric(name), tmp_path / f"{name}.png")
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000

@@ -1,0 +1,134 @@
+"""Pairings cover every triangle once, as completely as the dual graph allows."""
+
+import numpy as np
+import pytest
+import rustworkx
+
+from warpdrape import pairing
+from warpdrape.augmenting import augment
+from warpdrape.flat_mesh import FlatMesh
+from warpdrape.meshing import mesh_outline
+from warpdrape.outlines import Disc, Rectangle
+from warpdrape.pairing import pair_triangles, quad_shape
+
+
+def dual_links(mesh):
+    links = mesh.edges.triangles
+    return links[links[:, 1] >= 0]
+
+
+def largest_matching(links, n_nodes):
+    """Number of unmatched nodes that the library's whole-graph matching leaves."""
+    graph = rustworkx.PyGraph()
+    graph.add_nodes_from(range(n_nodes))
+    graph.extend_from_edge_list([tuple(link) for link in np.asarray(links).tolist()])
+    return n_nodes - 2 * len(rustworkx.max_weight_matching(graph, max_cardinality=True))
+
+
+def check_patches(mesh, pairs):
+    """Every triangle once, patches connected, pairs first; returns how many are not in pairs."""
+    assert np.array_equal(np.sort(pairs.triangles), np.arange(len(mesh.triangles)))
+    assert pairs.offsets[0] == 0 and pairs.offsets[-1] == len(mesh.triangles)
+    assert (pairs.sizes[: pairs.n_pairs] == 2).all() and (pairs.sizes[pairs.n_pairs :] != 2).all()
+    patch = pairs.patch_of()
+    links = dual_links(mesh)
+    inside = links[patch[links[:, 0]] == patch[links[:, 1]]]
+    linked = np.bincount(patch[inside[:, 0]], minlength=len(pairs.sizes))
+    assert (linked >= pairs.sizes - 1).all()
+    sharing = {tuple(sorted(link)) for link in links.tolist()}
+    assert all(tuple(sorted(pair)) in sharing for pair in pairs.pairs.tolist())
+    return int((pairs.sizes[pairs.n_pairs :] - 2).clip(min=0).sum() + (pairs.sizes == 1).sum())
+
+
+def ragged(mesh, rng, share):
+    """The mesh without a random share of its triangles: corners, ears, islands."""
+    rows = mesh.triangles[rng.random(len(mesh.triangles)) > share]
+    used, rows = np.unique(rows, return_inverse=True)
+    return FlatMesh(mesh.vertices[used], rows.reshape(-1, 3))
+
+
+def test_four_triangles_of_a_square_make_two_pairs():
+    pairs = pair_triangles(mesh_outline(Rectangle(1.0, 1.0), cells=1))
+    assert pairs.sizes.tolist() == [2, 2]
+
+
+def test_strip_of_three_is_one_patch_and_one_alone_is_its_own():
+    vertices = [(0, 0), (1, 0), (0, 1), (1, 1), (2, 1), (5, 0), (6, 0), (5, 1)]
+    triangles = [[0, 1, 2], [1, 3, 2], [1, 4, 3], [5, 6, 7]]
+    pairs = pair_triangles(FlatMesh.from_arrays(vertices, triangles))
+    assert sorted(pairs.sizes.tolist()) == [1, 3]
+    assert pairs.patch_of()[0] == pairs.patch_of()[1] == pairs.patch_of()[2]
+    assert pairs.n_pairs == 0 and len(pairs.pairs) == 0
+
+
+def test_two_leftovers_of_a_star_join_one_patch():
+    vertices = [(0, 0), (2, 0), (1, 2), (1, -1), (3, 2), (-1, 2)]
+    triangles = [[0, 1, 2], [0, 3, 1], [1, 4, 2], [2, 5, 0]]
+    assert pair_triangles(FlatMesh.from_arrays(vertices, triangles)).sizes.tolist() == [4]
+
+
+@pytest.mark.parametrize("pattern", ["grid", "diagonal", "random"])
+@pytest.mark.parametrize("size", [7, 41])
+def test_regular_meshes_leave_no_more_than_an_odd_one(pattern, size):
+    mesh = mesh_outline(Rectangle(1.0, 1.0), cells=size, pattern=pattern)
+    assert check_patches(mesh, pair_triangles(mesh)) == len(mesh.triangles) % 2
+
+
+def test_a_turned_disc_of_many_blocks_is_complete():
+    mesh = mesh_outline(Disc(1.0), cells=80, warp_angle=0.4)
+    assert len(mesh.triangles) > 50 * pairing.BLOCK
+    assert check_patches(mesh, pair_triangles(mesh)) == len(mesh.triangles) % 2
+
+
+@pytest.mark.parametrize("whole", [0, 10_000])
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
+def test_ragged_meshes_leave_what_the_library_leaves(share, whole, monkeypatch):
+    monkeypatch.setattr(pairing, "WHOLE", whole)
+    monkeypatch.setattr(pairing, "BLOCK", 64)
+    rng = np.random.default_rng(round(100 * share))
+    unpaired = 0
+    for seed in range(3):
+        full = mesh_outline(Rectangle(1.0, 1.0), cells=18, pattern="random", seed=seed)
+        mesh = ragged(full, rng, share)
+        left = check_patches(mesh, pair_triangles(mesh))
+        assert left == largest_matching(dual_links(mesh), len(mesh.triangles))
+        unpaired += left
+    assert unpaired > 0  # else the case above tests nothing
+
+
+def test_augmenting_from_nothing_finds_a_largest_matching_of_any_graph():
+    rng = np.random.default_rng(5)
+    for _ in range(150):
+        n = int(rng.integers(3, 40))
+        links = np.unique(np.sort(rng.integers(0, n, (int(1.3 * n), 2)), axis=1), axis=0)
+        links = links[links[:, 0] != links[:, 1]]
+        rows = np.full((n, n), -1)
+        for a, b in links.tolist():
+            rows[a, b], rows[b, a] = b, a
+        mate = np.array(augment(rows, [-1] * n))
+        paired = np.flatnonzero(mate >= 0)
+        assert (mate[mate[paired]] == paired).all() and (rows[paired, mate[paired]] >= 0).all()
+        assert n - len(paired) == largest_matching(links, n)
+
+
+def test_blocks_come_near_the_best_shape(monkeypatch):
+    mesh = mesh_outline(Rectangle(1.0, 1.0), cells=24, pattern="random", seed=2)
+    links, shape = dual_links(mesh), quad_shape(mesh)
+
+    def mean_shape():
+        patch = pair_triangles(mesh).patch_of()
+        return shape[patch[links[:, 0]] == patch[links[:, 1]]].mean()
+
+    best = mean_shape()
+    monkeypatch.setattr(pairing, "WHOLE", 0)
+    near = mean_shape()
+    assert 0.55 < best < 0.75  # no mesh of near-equilateral triangles can do better than 2/3
+    assert best - 0.02 < near <= best + 1e-3
+
+
+def test_quad_shape_knows_squares_and_flat_angles():
+    mesh = mesh_outline(Rectangle(2.0, 1.0), cells=2)
+    ends = mesh.edges.vertices[mesh.edges.triangles[:, 1] >= 0]
+    middle = np.isclose(mesh.vertices[ends][..., 0], 0.0).all(axis=1)  # between the two squares
+    assert quad_shape(mesh)[middle] == pytest.approx(1.0)
+    assert quad_shape(mesh)[~middle] == pytest.approx(0.0, abs=1e-12)
