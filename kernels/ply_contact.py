@@ -8,7 +8,7 @@ the triangle, weights and normal it found. A contact is a vertex of one ply and 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .tool_contact import barycentric, to_single
+from .surface import barycentric, to_single, weighted
 
 
 @wp.struct
@@ -21,7 +21,6 @@ class PlyContact:
     near: wp.int32  # 1 if the vertex may touch before the next search
     weights: wp.vec3d  # of a, b, c at the nearest point
     normal: wp.vec3d  # towards the vertex's side
-    rise: wp.float64  # of the curved mid-surface over the facet, along the normal [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
 
 
@@ -60,16 +59,8 @@ def add_vertex_normals(
 
 
 @wp.func
-def is_beyond_edge(
-    weights: wp.vec3d, open_edges: wp.int32, offset: wp.vec3d, normal: wp.vec3d
-) -> bool:
-    """Whether the nearest point lies on an open edge with the vertex beyond it.
-
-    Bit e of ``open_edges`` is set if the edge opposite corner e borders the ply.
-    """
-    aside = wp.length_sq(offset - wp.dot(offset, normal) * normal)
-    if aside <= wp.float64(1.0e-12) * wp.length_sq(offset):
-        return False
+def is_on_border(weights: wp.vec3d, open_edges: wp.int32) -> bool:
+    """Whether a nearest point lies on an open edge: bit e of ``open_edges``, opposite corner e."""
     for corner in range(3):
         if weights[corner] <= wp.float64(0.0) and (open_edges >> corner) & 1 == 1:
             return True
@@ -81,24 +72,8 @@ def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp
     """Gap [m] of vertex i to the tangent plane of its contact, penetration still allowed added."""
     w = contact.weights
     nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
-    offset = thickness + contact.rise - contact.allowance
+    offset = thickness - contact.allowance
     return wp.dot(contact.normal, x[i] - nearest) - offset
-
-
-@wp.func
-def curved_offset(
-    a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, na: wp.vec3d, nb: wp.vec3d, nc: wp.vec3d, w: wp.vec3d
-) -> wp.vec3d:
-    """Vector [m] from a facet to the smooth surface through its corners with their normals.
-
-    Half the mean projection on the corners' tangent planes: exact to second order. It makes the gap
-    fall and rise as the interpolated normal says, so that sliding over facets creates no energy.
-    """
-    flat = w[0] * a + w[1] * b + w[2] * c
-    onto = w[0] * wp.dot(a - flat, na) * na
-    onto += w[1] * wp.dot(b - flat, nb) * nb
-    onto += w[2] * wp.dot(c - flat, nc) * nc
-    return wp.float64(0.5) * onto
 
 
 @wp.kernel(enable_backward=False)
@@ -153,18 +128,17 @@ def find_ply_contacts(
     b = triangles[t, 1]
     c = triangles[t, 2]
     w = barycentric(x[a], x[b], x[c], x[i])
-    na = wp.normalize(normals[a])
-    nb = wp.normalize(normals[b])
-    nc = wp.normalize(normals[c])
-    offset = x[i] - (w[0] * x[a] + w[1] * x[b] + w[2] * x[c])
-    normal = faces.side * wp.normalize(w[0] * na + w[1] * nb + w[2] * nc)
-    rise = wp.dot(normal, curved_offset(x[a], x[b], x[c], na, nb, nc, w))
-    rise = wp.clamp(rise, -faces.thickness, faces.thickness)
-    if is_beyond_edge(w, open_edges[t], offset, normal):
-        if wp.dot(normal, offset) <= wp.float64(0.0):
+    offset = x[i] - weighted(w, x[a], x[b], x[c])
+    distance = wp.length(offset)
+    outward = faces.side * weighted(
+        w, wp.normalize(normals[a]), wp.normalize(normals[b]), wp.normalize(normals[c])
+    )
+    if wp.dot(offset, outward) < wp.float64(0.0):
+        if is_on_border(w, open_edges[t]):
             return
-        normal = wp.normalize(offset)
-    gap = wp.dot(normal, offset) - faces.thickness - rise
+        distance = -distance
+    normal = offset / distance
+    gap = distance - faces.thickness
     if gap > reach:
         return
     contacts[slot].near = 1
@@ -173,7 +147,6 @@ def find_ply_contacts(
     contacts[slot].c = c
     contacts[slot].weights = w
     contacts[slot].normal = normal
-    contacts[slot].rise = rise
     contacts[slot].allowance = keep * wp.max(before - gap, wp.float64(0.0))
     if gap < wp.float64(0.0):
         wp.atomic_max(deepest, pair, -gap)

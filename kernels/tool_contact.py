@@ -8,6 +8,7 @@ All positions kept here are in the tool's own frame.
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
+from .surface import CURVED, barycentric, bulge, curved_normal, to_single, weighted
 
 
 @wp.struct
@@ -35,63 +36,8 @@ class ToolSurfaces:
     first_facet: wp.array(dtype=wp.int32)  # shape [tool]
     corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
-    rounding: wp.array(dtype=wp.float64)  # 1/2: corner normals are exact; 0: estimated
+    exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
-
-
-@wp.func
-def to_single(x: wp.vec3d) -> wp.vec3f:
-    """Position for a mesh query, which works in single precision."""
-    return wp.vec3f(float(x[0]), float(x[1]), float(x[2]))
-
-
-@wp.func
-def smoothed_point(
-    surfaces: ToolSurfaces, tool: int, facet: int, w: wp.vec3d, flat: wp.vec3d
-) -> wp.vec3d:
-    """Point of the curved surface over a facet: second-order exact where corner normals are.
-
-    Half of the mean projection of the flat point on the corners' tangent planes.
-    """
-    offset = wp.vec3d()
-    for c in range(3):
-        n = surfaces.normals[facet, c]
-        offset += w[c] * wp.dot(surfaces.corners[facet, c] - flat, n) * n
-    return flat + surfaces.rounding[tool] * offset
-
-
-@wp.func
-def barycentric(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, x: wp.vec3d) -> wp.vec3d:
-    """Weights of the triangle's corners at the point of its plane nearest to x, kept inside."""
-    e1 = b - a
-    e2 = c - a
-    r = x - a
-    d11 = wp.dot(e1, e1)
-    d12 = wp.dot(e1, e2)
-    d22 = wp.dot(e2, e2)
-    r1 = wp.dot(r, e1)
-    r2 = wp.dot(r, e2)
-    determinant = d11 * d22 - d12 * d12
-    zero = wp.float64(0.0)
-    one = wp.float64(1.0)
-    v = (d22 * r1 - d12 * r2) / determinant
-    w = (d11 * r2 - d12 * r1) / determinant
-    if v >= zero and w >= zero and v + w <= one:
-        return wp.vec3d(one - v - w, v, w)
-    # Outside: the nearest of the three edges' nearest points.
-    s_ab = wp.clamp(r1 / d11, zero, one)
-    s_ac = wp.clamp(r2 / d22, zero, one)
-    e3 = c - b
-    s_bc = wp.clamp(wp.dot(x - b, e3) / wp.dot(e3, e3), zero, one)
-    on_ab = wp.length_sq(r - s_ab * e1)
-    on_ac = wp.length_sq(r - s_ac * e2)
-    on_bc = wp.length_sq(x - b - s_bc * e3)
-    best = wp.vec3d(one - s_ab, s_ab, zero)
-    if on_ac < on_ab and on_ac <= on_bc:
-        best = wp.vec3d(one - s_ac, zero, s_ac)
-    elif on_bc < on_ab:
-        best = wp.vec3d(zero, one - s_bc, s_bc)
-    return best
 
 
 @wp.kernel(enable_backward=False)
@@ -136,14 +82,18 @@ def find_tool_contacts(
     a = surfaces.corners[facet, 0]
     b = surfaces.corners[facet, 1]
     c = surfaces.corners[facet, 2]
+    na = surfaces.normals[facet, 0]
+    nb = surfaces.normals[facet, 1]
+    nc = surfaces.normals[facet, 2]
     w = barycentric(a, b, c, at)
-    flat = w[0] * a + w[1] * b + w[2] * c
-    normal = wp.normalize(
-        w[0] * surfaces.normals[facet, 0]
-        + w[1] * surfaces.normals[facet, 1]
-        + w[2] * surfaces.normals[facet, 2]
-    )
-    point = smoothed_point(surfaces, tool, facet, w, flat)
+    flat = weighted(w, a, b, c)
+    normal = wp.normalize(weighted(w, na, nb, nc))
+    point = flat
+    if surfaces.exact[tool] == 1:
+        corners = wp.matrix_from_rows(a, b, c)
+        at_corners = wp.matrix_from_rows(na, nb, nc)
+        point = flat + CURVED * bulge(corners, at_corners, w)
+        normal = curved_normal(corners, at_corners, w, CURVED)
     distance = wp.length(at - flat)
     # The curved surface may stand out of the facet by |point − flat|.
     clearance[tool, i] = distance - wp.length(point - flat)

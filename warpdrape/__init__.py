@@ -1,22 +1,23 @@
 """Forming simulation of woven composite reinforcements on NVIDIA Warp."""
 
+from importlib import import_module as _import_module
 from pathlib import Path as _FilePath
+from typing import TYPE_CHECKING
 
-import warp as _wp
-
-_wp.config.log_level = _wp.LOG_ERROR
 _here = _FilePath(__file__).resolve().parent
 if not (_here / "kernels").is_dir():  # a checkout: kernels/ and scenes/ lie beside warpdrape/
     __path__.append(str(_here.parent))
 
 from warpdrape import units  # noqa: E402
-from warpdrape.errors import InputError, RunFailed  # noqa: E402
-from warpdrape.fabric import Fabric  # noqa: E402
-from warpdrape.motion import Float, Path, Still, Stroke  # noqa: E402
-from warpdrape.ply import Ply, lay_up, stack_top  # noqa: E402
-from warpdrape.result import Result  # noqa: E402
-from warpdrape.scene import Clamp, Numerics, Scene  # noqa: E402
-from warpdrape.tool import Tool  # noqa: E402
+
+if TYPE_CHECKING:
+    from warpdrape.errors import InputError, RunFailed
+    from warpdrape.fabric import Fabric
+    from warpdrape.motion import Float, Path, Still, Stroke
+    from warpdrape.ply import Ply, lay_up, stack_top
+    from warpdrape.result import Result
+    from warpdrape.scene import Clamp, Numerics, Scene
+    from warpdrape.tool import Tool
 
 __all__ = [
     "Clamp",
@@ -36,3 +37,35 @@ __all__ = [
     "stack_top",
     "units",
 ]
+
+_HOME = {
+    "Clamp": "scene",
+    "Fabric": "fabric",
+    "Float": "motion",
+    "InputError": "errors",
+    "Numerics": "scene",
+    "Path": "motion",
+    "Ply": "ply",
+    "Result": "result",
+    "RunFailed": "errors",
+    "Scene": "scene",
+    "Still": "motion",
+    "Stroke": "motion",
+    "Tool": "tool",
+    "lay_up": "ply",
+    "stack_top": "ply",
+}
+"""Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name on first use."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(_import_module(f"{__name__}.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

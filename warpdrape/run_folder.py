@@ -19,7 +19,9 @@ SCENE = "scene.usdc"
 HISTORY = "history.csv"
 SUMMARY = "summary.json"
 RUN = "run.json"
-RESULTS = (SCENE, HISTORY, SUMMARY, RUN)
+COUPON = "coupon.csv"
+COUPON_PLOT = "coupon.png"
+RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
 
@@ -106,6 +108,26 @@ class RunFolder:
         """Return the writer of ``history.csv``."""
         self.begin()
         return HistoryWriter(self.path / HISTORY)
+
+    def write_table(self, name: str, columns: Mapping[str, Any]) -> Path:
+        """Write columns of equal length [n] as the file ``name`` (….csv); return its path."""
+        self.begin()
+        with HistoryWriter(self.path / name) as rows:
+            for row in zip(*columns.values(), strict=True):
+                rows.append(dict(zip(columns, row, strict=True)))
+        return self.path / name
+
+    def write_figure(self, name: str, figure: Any) -> Path:
+        """Write a matplotlib figure as the file ``name``, replacing it in one move."""
+        self.begin()
+        final = self.path / name
+        partial = partial_path(final)
+        try:
+            figure.savefig(partial)
+        except OSError as error:
+            raise RunFailed(_unwritable(final, error)) from error
+        give_final_name(partial, final)
+        return final
 
     def _old_files(self) -> list[Path]:
         finals = [self.path / name for name in RESULTS]

@@ -16,6 +16,7 @@ from warpdrape.tool import Tool
 
 if TYPE_CHECKING:
     from warpdrape.result import Result
+    from warpdrape.run_folder import RunFolder
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,7 +29,9 @@ class Clamp:
         where: vertex indices, or a function of the flat points [m] (shape [n, 3]) to a mask.
         motion: translation of the clamp; still by default.
         matrix: function of times [s] to 3×3 matrices that act on the flat points; identity if None.
-        follow: direction along which ``clamp`` force and displacement are reported, shape [3].
+        follow: direction along which the clamp's force and displacement are reported, shape [3].
+        travel: function of times [s] to a coordinate δ [m] of the clamp; given it, δ and the force
+            dW/dδ by the clamp's work W are reported in their place.
     """
 
     name: str
@@ -37,6 +40,7 @@ class Clamp:
     motion: Motion = field(default_factory=Still)
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
+    travel: Callable[[np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
@@ -119,6 +123,7 @@ class Scene:
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.
         report: function of the finished result to further entries of ``summary.json``.
+        write: function of the finished result and its run folder that adds files to it.
     """
 
     name: str
@@ -132,6 +137,7 @@ class Scene:
     numerics: Numerics = field(default_factory=Numerics)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     report: Callable[[Result], Mapping[str, Any]] | None = None
+    write: Callable[[Result, RunFolder], None] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "plies", tuple(self.plies))

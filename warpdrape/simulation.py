@@ -155,7 +155,8 @@ class Recorder:
         now = frame * model.timing.steps_per_frame * model.timing.time_step
         plies = read_plies(model, state, strains, tensions)
         self._refuse_nonsense(plies, energies, now)
-        row = history_row(model, state, now, steps, energies, plies)
+        before = self._rows[-1] if self._rows else None
+        row = history_row(model, state, now, steps, energies, plies, before)
         state.impulse.zero_()
         state.clamp_force.zero_()
         self._rows.append(row)
@@ -198,6 +199,8 @@ class Recorder:
         if self._folder is not None:
             self._usd.close()
             self._history.close()
+            if model.scene.write is not None and not failure:
+                model.scene.write(result, self._folder)
             self._folder.write_json(SUMMARY, summary)
         return result
 

@@ -42,7 +42,8 @@ def tool_axis(tool: Tool) -> np.ndarray:
 
 
 def history_row(
-    model: Model, state: State, time: float, steps: int, energies: Energies, plies: Sequence[FormedPly]
+    model: Model, state: State, time: float, steps: int, energies: Energies,
+    plies: Sequence[FormedPly], before: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
     """One row of ``history.csv``; forces are means over the frame.
 
@@ -53,6 +54,7 @@ def history_row(
         steps: steps since the row before.
         energies: the balance now.
         plies: the plies now.
+        before: the row before, None for the first.
     """
     row = {"time_s": time}
     shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
@@ -60,12 +62,7 @@ def history_row(
         axis = tool_axis(tool)
         row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
-    clamp_force = state.clamp_force.numpy()
-    for k, clamp in enumerate(model.scene.clamps):
-        follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)
-        moved = clamp.motion.displacement(np.array(time))
-        row[f"{clamp.name}_displacement_m"] = float(moved @ follow)
-        row[f"{clamp.name}_force_n"] = float(clamp_force[k] @ follow / max(steps, 1))
+    row.update(_clamp_entries(model, state, time, steps, before))
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
@@ -75,6 +72,32 @@ def history_row(
         row.setdefault(f"{field.name}_j", getattr(energies, field.name))
     row["unbalanced_j"] = energies.unbalanced
     return row
+
+
+def _clamp_entries(
+    model: Model, state: State, time: float, steps: int, before: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Displacement, force (along ``follow``, or by work; and its components) and work of clamps."""
+    entries: dict[str, float] = {}
+    if not model.scene.clamps:
+        return entries
+    held, work = model.clamp.numpy(), state.clamp_work.numpy()
+    mean_force = state.clamp_force.numpy() / max(steps, 1)
+    for k, clamp in enumerate(model.scene.clamps):
+        name, done = clamp.name, float(work[held == k].sum())
+        follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)
+        moved = float(clamp.motion.displacement(np.array(time)) @ follow)
+        force = float(mean_force[k] @ follow)
+        if clamp.travel is not None:
+            moved = float(clamp.travel(np.array(time)))
+            step = moved - before[f"{name}_displacement_m"] if before else 0.0
+            force = (done - before[f"{name}_work_j"]) / step if step != 0.0 else 0.0
+        entries[f"{name}_displacement_m"] = moved
+        entries[f"{name}_force_n"] = force
+        for axis, component in zip("xyz", mean_force[k], strict=True):
+            entries[f"{name}_force_{axis}_n"] = float(component)
+        entries[f"{name}_work_j"] = done
+    return entries
 
 
 def energy_error(history: Mapping[str, np.ndarray]) -> float:

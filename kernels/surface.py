@@ -1,0 +1,100 @@
+"""Facets of tools and plies as contact sees them: nearest points, and the curved surface over them.
+
+Over a facet with corner normals n_i the surface is p*(w) = p + β Σ w_i ((x_i − p)·n_i) n_i, p = Σ w_i x_i:
+a share β of the mean projection on the corners' tangent planes. With β = 1/2 and normals of a smooth
+surface it is exact to second order; with β = 0 it is the flat facet. Its own normal makes the gap
+fall and rise just as the contact force pushes, so that sliding over facets creates no energy.
+"""
+
+import warp as wp
+
+CURVED = wp.constant(wp.float64(0.5))
+"""β of a surface that is exact to second order."""
+
+
+@wp.func
+def to_single(x: wp.vec3d) -> wp.vec3f:
+    """Position for a mesh query, which works in single precision."""
+    return wp.vec3f(float(x[0]), float(x[1]), float(x[2]))
+
+
+@wp.func
+def barycentric(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, x: wp.vec3d) -> wp.vec3d:
+    """Weights of the triangle's corners at its point nearest to x."""
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    e1 = b - a
+    e2 = c - a
+    r = x - a
+    d11 = wp.dot(e1, e1)
+    d12 = wp.dot(e1, e2)
+    d22 = wp.dot(e2, e2)
+    r1 = wp.dot(r, e1)
+    r2 = wp.dot(r, e2)
+    determinant = d11 * d22 - d12 * d12
+    v = (d22 * r1 - d12 * r2) / determinant
+    w = (d11 * r2 - d12 * r1) / determinant
+    if v >= zero and w >= zero and v + w <= one:
+        return wp.vec3d(one - v - w, v, w)
+    # Outside: the nearest of the three edges' nearest points.
+    e3 = c - b
+    s_ab = wp.clamp(r1 / d11, zero, one)
+    s_ac = wp.clamp(r2 / d22, zero, one)
+    s_bc = wp.clamp(wp.dot(x - b, e3) / wp.dot(e3, e3), zero, one)
+    on_ab = wp.length_sq(r - s_ab * e1)
+    on_ac = wp.length_sq(r - s_ac * e2)
+    on_bc = wp.length_sq(x - b - s_bc * e3)
+    best = wp.vec3d(one - s_ab, s_ab, zero)
+    if on_ac < on_ab and on_ac <= on_bc:
+        best = wp.vec3d(one - s_ac, zero, s_ac)
+    elif on_bc < on_ab:
+        best = wp.vec3d(zero, one - s_bc, s_bc)
+    return best
+
+
+@wp.func
+def weighted(w: wp.vec3d, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.vec3d:
+    """Interpolate corner values."""
+    return w[0] * a + w[1] * b + w[2] * c
+
+
+@wp.func
+def projected(
+    w: wp.vec3d, r: wp.mat33d, normals: wp.mat33d
+) -> wp.vec3d:
+    """Σ w_i (r_i·n_i) n_i, rows r_i and n_i."""
+    total = wp.vec3d()
+    for i in range(3):
+        total += (w[i] * wp.dot(r[i], normals[i])) * normals[i]
+    return total
+
+
+@wp.func
+def bulge(corners: wp.mat33d, normals: wp.mat33d, w: wp.vec3d) -> wp.vec3d:
+    """Σ w_i ((x_i − p)·n_i) n_i [m]: β times this leads from the facet to the curved surface."""
+    p = weighted(w, corners[0], corners[1], corners[2])
+    r = wp.matrix_from_rows(corners[0] - p, corners[1] - p, corners[2] - p)
+    return projected(w, r, normals)
+
+
+@wp.func
+def bulge_slope(corners: wp.mat33d, normals: wp.mat33d, w: wp.vec3d, dw: wp.vec3d) -> wp.vec3d:
+    """Derivative of `bulge` as the weights change by dw."""
+    p = weighted(w, corners[0], corners[1], corners[2])
+    dp = weighted(dw, corners[0], corners[1], corners[2])
+    r = wp.matrix_from_rows(corners[0] - p, corners[1] - p, corners[2] - p)
+    return projected(dw, r, normals) - projected(w, wp.matrix_from_rows(dp, dp, dp), normals)
+
+
+@wp.func
+def curved_normal(
+    corners: wp.mat33d, normals: wp.mat33d, w: wp.vec3d, share: wp.float64
+) -> wp.vec3d:
+    """Unit normal of the curved surface, on the facet's own side (by its winding)."""
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    along_b = corners[1] - corners[0]
+    along_c = corners[2] - corners[0]
+    along_b += share * bulge_slope(corners, normals, w, wp.vec3d(-one, one, zero))
+    along_c += share * bulge_slope(corners, normals, w, wp.vec3d(-one, zero, one))
+    return wp.normalize(wp.cross(along_b, along_c))
