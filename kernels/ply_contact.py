@@ -8,7 +8,7 @@ the triangle, weights and normal it found. A contact is a vertex of one ply and 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import barycentric, to_single, weighted
+from .surface import barycentric, sag_height, sag_slope, sags, to_single, weighted
 
 
 @wp.struct
@@ -21,6 +21,7 @@ class PlyContact:
     near: wp.int32  # 1 if the vertex may touch before the next search
     weights: wp.vec3d  # of a, b, c at the nearest point
     normal: wp.vec3d  # towards the vertex's side
+    rise: wp.float64  # of the curved surface over the facet, along the normal [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
 
 
@@ -72,7 +73,7 @@ def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp
     """Gap [m] of vertex i to the tangent plane of its contact, penetration still allowed added."""
     w = contact.weights
     nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
-    offset = thickness - contact.allowance
+    offset = thickness + contact.rise - contact.allowance
     return wp.dot(contact.normal, x[i] - nearest) - offset
 
 
@@ -137,8 +138,12 @@ def find_ply_contacts(
         if is_on_border(w, open_edges[t]):
             return
         distance = -distance
-    normal = offset / distance
-    gap = distance - faces.thickness
+    sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
+    slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
+    straight = offset / distance
+    normal = wp.normalize(straight - slope)
+    rise = faces.side * sag_height(w, sag) * wp.dot(normal, straight)
+    gap = distance * wp.dot(normal, straight) - rise - faces.thickness
     if gap > reach:
         return
     contacts[slot].near = 1
@@ -147,6 +152,7 @@ def find_ply_contacts(
     contacts[slot].c = c
     contacts[slot].weights = w
     contacts[slot].normal = normal
+    contacts[slot].rise = rise
     contacts[slot].allowance = keep * wp.max(before - gap, wp.float64(0.0))
     if gap < wp.float64(0.0):
         wp.atomic_max(deepest, pair, -gap)

@@ -12,6 +12,10 @@ CURVED = wp.constant(wp.float64(0.5))
 """β of a surface that is exact to second order."""
 
 
+STEEPEST = wp.constant(wp.float64(0.7))
+"""Largest sag of an edge over its length: normals 90° apart; more is a fold, not a curve."""
+
+
 @wp.func
 def to_single(x: wp.vec3d) -> wp.vec3f:
     """Position for a mesh query, which works in single precision."""
@@ -98,3 +102,59 @@ def curved_normal(
     along_b += share * bulge_slope(corners, normals, w, wp.vec3d(-one, one, zero))
     along_c += share * bulge_slope(corners, normals, w, wp.vec3d(-one, zero, one))
     return wp.normalize(wp.cross(along_b, along_c))
+
+
+@wp.func
+def edge_sag(a: wp.vec3d, b: wp.vec3d, na: wp.vec3d, nb: wp.vec3d) -> wp.float64:
+    """½ (a − b)·(n_a − n_b) [m]: four times the height of the arc over the chord from a to b."""
+    along = a - b
+    sag = wp.float64(0.5) * wp.dot(along, wp.normalize(na) - wp.normalize(nb))
+    limit = STEEPEST * wp.length(along)
+    return wp.clamp(sag, -limit, limit)
+
+
+@wp.func
+def sags(
+    a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, na: wp.vec3d, nb: wp.vec3d, nc: wp.vec3d
+) -> wp.vec3d:
+    """Sags of the edges opposite a, b, c [m]; normals of any length."""
+    return wp.vec3d(edge_sag(b, c, nb, nc), edge_sag(c, a, nc, na), edge_sag(a, b, na, nb))
+
+
+@wp.func
+def sag_height(w: wp.vec3d, sag: wp.vec3d) -> wp.float64:
+    """Height of the curved surface over a facet [m]: continuous from facet to facet."""
+    return w[1] * w[2] * sag[0] + w[2] * w[0] * sag[1] + w[0] * w[1] * sag[2]
+
+
+@wp.func
+def sag_slope(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, w: wp.vec3d, sag: wp.vec3d) -> wp.vec3d:
+    """Gradient of `sag_height` [-] along the facet; along the edge if the point lies on one."""
+    by_a = w[1] * sag[2] + w[2] * sag[1]
+    by_b = w[2] * sag[0] + w[0] * sag[2]
+    by_c = w[0] * sag[1] + w[1] * sag[0]
+    zero = wp.float64(0.0)
+    if w[0] <= zero or w[1] <= zero or w[2] <= zero:
+        start = a
+        end = b
+        rise = by_b - by_a
+        if w[0] <= zero:
+            start = b
+            end = c
+            rise = by_c - by_b
+        elif w[1] <= zero:
+            start = c
+            end = a
+            rise = by_a - by_c
+        along = end - start
+        if wp.max(wp.max(w[0], w[1]), w[2]) >= wp.float64(1.0):
+            return wp.vec3d()
+        return (rise / wp.length_sq(along)) * along
+    e1 = b - a
+    e2 = c - a
+    d11 = wp.dot(e1, e1)
+    d12 = wp.dot(e1, e2)
+    d22 = wp.dot(e2, e2)
+    r1 = by_b - by_a
+    r2 = by_c - by_a
+    return ((d22 * r1 - d12 * r2) * e1 + (d11 * r2 - d12 * r1) * e2) / (d11 * d22 - d12 * d12)

@@ -63,6 +63,7 @@ def deformed(ply, shape, rng, strains=(-0.01, 0.02), shear_deg=60.0, noise=0.003
     """Positions of the patches stretched, sheared, turned in space and jolted, shape [n, 3]."""
     n = len(SHAPES[shape][0])
     flat = np.asarray(ply.mesh.vertices).reshape(-1, n, 2)
+    flat = flat - flat.mean(axis=1, keepdims=True)  # near the origin positions round least
     count = len(flat)
     stretch = 1 + rng.uniform(*strains, (count, 2))
     angle = ply.fabric.yarn_angle - np.radians(rng.uniform(-shear_deg, shear_deg, count))
@@ -106,7 +107,7 @@ def measured(membrane, x, device="cpu"):
     return tuple(output.numpy() for output in outputs)
 
 
-def energy_gradient(membrane, x, shape, device="cpu", step=2e-5 * SIZE):
+def energy_gradient(membrane, x, shape, device="cpu", step=2e-6 * SIZE):
     """∂W/∂x [N] of separate patches by fourth-order central differences, shape [n, 3]."""
     n, n_triangles = len(SHAPES[shape][0]), len(SHAPES[shape][1])
     count = len(x) // n

@@ -35,14 +35,14 @@ INTERLOCK = ShearPolynomial((0.37044e-3, -0.84105e-3, 1.03113e-3))
 CURVE = ShearTable(np.radians([0, 5, 20, 35, 50, 60]), [0, 0.3e-4, 1e-4, 1.2e-4, 2.9e-4, 7.2e-4])
 ANGLES = [math.pi / 2, math.radians(62), math.radians(115)]
 SQUARE_CELL = (SPACING, SPACING)
-GAP = 2e-4
-"""Distance from a kink [- or rad] that a central difference needs: its reach is 1e-4."""
-TABLE_KNOTS = np.concatenate([np.linspace(0, 0.01, 6), np.linspace(0, 0.01, 5)])
+GAP = 3e-5
+"""Distance from a kink [- or rad] that a central difference needs: its reach is 1e-5."""
+TABLE_KNOTS = np.concatenate([np.linspace(0, 0.01, 11), np.linspace(0, 0.01, 9)])
 
 CASES = {
     # name: tension law, shear law, cell, strains, kinks of the strain, kinks of the shear angle
     "linear": (STIFF, INTERLOCK, (1.35e-3, 1.33e-3), (-0.01, 0.02), [0.0], []),
-    "tabulated": (crimp_table(6, 5), INTERLOCK, SQUARE_CELL, (-0.005, 0.013), TABLE_KNOTS, []),
+    "tabulated": (crimp_table(), INTERLOCK, SQUARE_CELL, (-0.005, 0.013), TABLE_KNOTS, []),
     "crimp": (PLAIN, INTERLOCK, SQUARE_CELL, (0.002, 0.02), [0.0], []),
     "polynomial": (SOFT, INTERLOCK, (1.35e-3, 1.33e-3), (-0.01, 0.02), [0.0], []),
     "curve": (SOFT, CURVE, (1.35e-3, 1.33e-3), (-0.01, 0.02), [0.0], CURVE.angles),
@@ -74,7 +74,7 @@ def off_kinks(case, ply, x, membrane, shape, device):
 def test_force_is_minus_the_gradient_of_the_energy(case, shape, angle, device):
     rng = np.random.default_rng(1)
     cloth = cloth_of(case, angle)
-    ply = patch_ply(cloth, shape, 400, rng)
+    ply = patch_ply(cloth, shape, 250, rng)
     membrane = membrane_of(ply, device, stabiliser=20.0)
     x = deformed(ply, shape, rng, CASES[case][3])
     assert not np.isnan(np.concatenate([m.ravel() for m in measured(membrane, x, device)])).any()
@@ -87,8 +87,8 @@ def test_force_is_minus_the_gradient_of_the_energy(case, shape, angle, device):
     softest = 0.1 if CASES[case][0] is SOFT else 10.0  # N/m
     assert np.median(scale) > softest * SIZE
     assert scale.min() > 1e-2 * softest * SIZE
-    worst=np.argsort(-np.abs(force + slope).max(axis=1) / scale); print((np.abs(force + slope).max(axis=1) / scale)[worst[:20]]); print(measured(membrane, x, device)[0].reshape(-1, n-2, 2)[fine][worst[:12],0])
-    assert (np.abs(force + slope).max(axis=1) / scale).max() < 1e-8
+    # Rounding alone makes 1e-9 at this step.
+    assert (np.abs(force + slope).max(axis=1) / scale).max() < 3e-9
 
 
 def paper_loads(ply, x):

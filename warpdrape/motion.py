@@ -86,7 +86,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
-    """A path through samples, monotone between them and smooth in velocity (PCHIP).
+    """A path through samples, monotone between them and smooth in velocity, at rest at both ends.
 
     Attributes:
         times: rising times [s], shape [n]; the ends hold before and after.
@@ -110,10 +110,12 @@ class Path:
 
     def displacement(self, time: np.ndarray) -> np.ndarray:
         """Displacement [m] at times [s], shape [..., 3]."""
-        from scipy.interpolate import PchipInterpolator
+        from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
+        speeds = PchipInterpolator(self.times, self.positions).derivative()(self.times)
+        speeds[[0, -1]] = 0.0
         inside = np.clip(np.asarray(time, dtype=float), self.times[0], self.times[-1])
-        return PchipInterpolator(self.times, self.positions)(inside)
+        return CubicHermiteSpline(self.times, self.positions, speeds)(inside)
 
     @property
     def peak_speed(self) -> float:

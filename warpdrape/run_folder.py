@@ -94,7 +94,7 @@ class RunFolder:
         Raises: ValueError naming the entry that is not finite, TypeError one of an unknown type.
         """
         self.begin()
-        text = json.dumps(_plain(data, name), indent=2, ensure_ascii=False) + "\n"
+        text = json.dumps(as_json(data, name), indent=2, ensure_ascii=False) + "\n"
         final = self.path / name
         partial = partial_path(final)
         try:
@@ -158,7 +158,7 @@ class HistoryWriter:
         """
         if self._file.closed:
             raise ValueError(f"{self.path} is closed: no row can be added")
-        values = {key: _plain(value, f"{self.path.name}: {key}") for key, value in row.items()}
+        values = {key: as_json(value, f"{self.path.name}: {key}") for key, value in row.items()}
         known = self.columns or tuple(values)
         if set(values) != set(known):
             odd = sorted(set(values) ^ set(known))
@@ -214,17 +214,20 @@ def _words(files: list[Path]) -> str:
     return ", ".join(finals) if finals else f"unfinished results ({files[0].name})"
 
 
-def _plain(value: Any, where: str) -> Any:
-    """Return ``value`` as what JSON knows; ``where`` names it in errors."""
+def as_json(value: Any, where: str) -> Any:
+    """Return ``value`` as what JSON knows; ``where`` names it in errors.
+
+    Raises: ValueError for a number that is not finite, TypeError for an unknown type.
+    """
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
                 raise TypeError(f"{where}: key {key!r} must be a string")
-        return {key: _plain(item, f"{where}: {key}") for key, item in value.items()}
+        return {key: as_json(item, f"{where}: {key}") for key, item in value.items()}
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [_plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
+        return [as_json(item, f"{where}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if isinstance(value, float) and not math.isfinite(value):

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-import warp as wp
 
 from warpdrape.energy import Energies, balance, measure_membranes
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.model import Model, State, build_model, check_device, initial_state
 from warpdrape.progress import Progress
 from warpdrape.result import FormedPly, Result, read_plies
-from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder
+from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.scene import Scene
-from warpdrape.stepping import Stepper, search_contacts
-from warpdrape.summary import ENERGY_FAILURE, history_row, run_record, summarise
+from warpdrape.start_check import check_contacts, check_steps, check_tools
+from warpdrape.stepping import Stepper
+from warpdrape.summary import (
+    ENERGY_FAILURE,
+    ContactExtremes,
+    history_row,
+    run_record,
+    summarise,
+)
 from warpdrape.usd import PlyShape, ToolShape, UsdWriter
-
-START_TOLERANCE = 0.01
-"""Share of the ply thickness by which things may overlap at the start [-]."""
 
 
 def run_scene(
@@ -37,43 +42,22 @@ def run_scene(
         raise InputError(f"frames = {frames!r} must be a whole number above zero")
     check_device(device)
     folder = None if out is None else RunFolder(out, overwrite)
+    check_tools(scene)
     model = build_model(scene, device, frames)
+    check_steps(model)
     state = initial_state(model)
-    check_start(model, state)
+    check_contacts(model, state)
     recorder = Recorder(model, folder)
-    with Progress(scene.duration, quiet=quiet) as progress:
-        failure = _march(model, state, recorder, progress)
-    return recorder.finish(state, failure)
+    try:
+        with Progress(scene.duration, quiet=quiet) as progress:
+            failure = _march(model, state, recorder, progress)
+    except Exception as error:  # a fault of ours: keep the frames, then let it be seen
+        recorder.finish(f"stopped by an unexpected {type(error).__name__}: {error}")
+        raise
+    return recorder.finish(failure)
 
 
-def check_start(model: Model, state: State) -> None:
-    """Refuse plies and tools that overlap before anything moves.
-
-    Raises:
-        InputError: naming the tool and the ply, or the two plies, and by how much they overlap.
-    """
-    scene = model.scene
-    thinnest = min(ply.fabric.thickness for ply in scene.plies)
-    Stepper(model, state).begin_frame(1)
-    if scene.tools:  # a path may start away from zero
-        start = state.tool_path.numpy()[:, 0]
-        state.tool_shift.assign(start)
-    search_contacts(model, state)
-    for tool, depth in zip(scene.tools, state.tool_deepest.numpy(), strict=True):
-        if depth > START_TOLERANCE * thinnest:
-            raise InputError(
-                f"tool {tool.name!r} starts {1e3 * depth:.4g} mm inside a ply: move it away by that"
-            )
-    for pair, depth in zip(model.ply_pairs, state.ply_deepest.numpy(), strict=True):
-        if depth > START_TOLERANCE * thinnest:
-            names = scene.plies[pair.searching].name, scene.plies[pair.searched].name
-            raise InputError(
-                f"plies {names[0]!r} and {names[1]!r} overlap by {1e3 * depth:.4g} mm at the start: "
-                "lay them up with warpdrape.lay_up"
-            )
-
-
-def _march(model: Model, state: State, recorder: "Recorder", progress: Progress) -> str:
+def _march(model: Model, state: State, recorder: Recorder, progress: Progress) -> str:
     """Step through all frames; return why it stopped early, or an empty text."""
     timing = model.timing
     stepper = Stepper(model, state)
@@ -86,7 +70,8 @@ def _march(model: Model, state: State, recorder: "Recorder", progress: Progress)
                 recorder.steps += timing.search_every
                 if state.runaway.numpy()[0] >= 0:
                     done = (frame - 1) * timing.steps_per_frame + (block + 1) * timing.search_every
-                    raise RunFailed(where_it_blew_up(model, state, done * timing.time_step))
+                    vertex = int(state.runaway.numpy()[0])
+                    raise RunFailed(where_it_blew_up(model, vertex, done * timing.time_step))
             row = recorder.record(state, frame, timing.steps_per_frame)
             words = f"max shear {row['max_shear_deg']:.1f}°"
             progress.update(row["time_s"], words, steps=recorder.steps)
@@ -97,19 +82,23 @@ def _march(model: Model, state: State, recorder: "Recorder", progress: Progress)
     return ""
 
 
-def where_it_blew_up(model: Model, state: State, when: float) -> str:
-    """Name the ply and triangle where a vertex ran away."""
-    vertex = int(state.runaway.numpy()[0])
+def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
+    """Say when and in which ply and triangle a vertex ran away."""
+    return (
+        f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
+        f"{model.medium.speed_limit:.4g} m/s; lower safety or contact_share, slow the tools down, "
+        "or refine the mesh there"
+    )
+
+
+def place(model: Model, vertex: int) -> str:
+    """Name the ply, and a triangle in it, of a vertex."""
     for ply, membrane in zip(model.scene.plies, model.membranes, strict=True):
         local = vertex - membrane.first_vertex
         if 0 <= local < membrane.vertex_count:
             triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
-            return (
-                f"blew up at {1e3 * when:.4g} ms in ply {ply.name!r}, triangle {triangle} "
-                f"(vertex {local}): a vertex is faster than {model.medium.speed_limit:.4g} m/s; "
-                "lower safety or contact_share, or refine the mesh there"
-            )
-    return f"blew up at {1e3 * when:.4g} ms"
+            return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
+    raise IndexError(f"no ply has vertex {vertex}")
 
 
 class Recorder:
@@ -121,6 +110,7 @@ class Recorder:
         self._model, self._folder = model, folder
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
+        self._contacts = ContactExtremes(np.zeros(0), np.zeros(0), np.zeros(0))
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -154,58 +144,89 @@ class Recorder:
         energies = balance(model, state, energy)
         now = frame * model.timing.steps_per_frame * model.timing.time_step
         plies = read_plies(model, state, strains, tensions)
-        self._refuse_nonsense(plies, energies, now)
+        self._refuse_nonsense(plies, now)
+        self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, steps, energies, plies, before)
+        for name, value in row.items():
+            if not np.isfinite(value):
+                raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")
         state.impulse.zero_()
         state.clamp_force.zero_()
         self._rows.append(row)
-        self._plies = plies
+        self._plies, self._contacts = plies, ContactExtremes.of(state)
         if self._history is not None:
             self._history.append(row)
             shifts = state.tool_shift.numpy()
             self._usd.write(frame, now, [ply.frame() for ply in plies], shifts)
         return row
 
-    def _refuse_nonsense(self, plies, energies: Energies, now: float) -> None:
+    def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
+        """Raise `RunFailed` with ply and triangle where a value is not finite."""
         for ply in plies:
-            bad = ~np.isfinite(ply.points).all(axis=1)
-            bad_triangle = bad[ply.triangles].any(axis=1) | ~np.isfinite(ply.shear_angle)
-            if bad_triangle.any():
+            bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
+            for values in (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension):
+                bad |= ~np.isfinite(values.reshape(len(bad), -1)).all(axis=1)
+            if bad.any():
                 raise RunFailed(
                     f"blew up at {1e3 * now:.4g} ms in ply {ply.name!r}, triangle "
-                    f"{int(np.argmax(bad_triangle))}: positions are not finite; lower safety"
+                    f"{int(np.argmax(bad))}: its values are not finite; lower safety"
                 )
+
+    def _refuse_growth(self, state: State, energies: Energies, now: float) -> None:
+        """Raise `RunFailed` where energy came from nowhere, with the place that moves fastest."""
         model = self._model
         speed = model.medium.speed_limit / 100.0
         scale = max(energies.largest, 0.5 * float(model.masses.mass.sum()) * speed**2)
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
+            fastest = int(np.argmax((state.v.numpy() ** 2).sum(axis=1)))
             raise RunFailed(
-                f"energy grew without work at {1e3 * now:.4g} ms: {energies.unbalanced:.4g} J of "
-                f"{scale:.4g} J came from nowhere; lower safety or contact_share, or refine the tools"
+                f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
+                f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
+                "nowhere; lower safety or contact_share, or refine the tools"
             )
 
-    def finish(self, state: State, failure: str) -> Result:
-        """Close the files and say how it went."""
+    def finish(self, failure: str) -> Result:
+        """Close the files and say how it went; ``failure`` is empty where it went well.
+
+        Raises:
+            RunFailed: if not even the first frame is there.
+        """
         wall = time.perf_counter() - self._started
+        if not self._rows:
+            self._close(None, {"status": "failed", "message": failure})
+            raise RunFailed(failure)
         history = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
         model = self._model
         summary = summarise(
-            model, state, history, self._plies, failure=failure, steps=self.steps, wall=wall
+            model, self._contacts, history, self._plies,
+            failure=failure, steps=self.steps, wall=wall,
         )
         result = Result(self._plies, summary, history)
+        summary["reported"] = []
         if model.scene.report is not None and not failure:
-            summary.update(model.scene.report(result))
-        if self._folder is not None:
-            self._usd.close()
-            self._history.close()
-            if model.scene.write is not None and not failure:
-                model.scene.write(result, self._folder)
-            self._folder.write_json(SUMMARY, summary)
+            self._add_report(result, summary)
+        self._close(result, summary)
         return result
 
+    def _add_report(self, result: Result, summary: dict[str, Any]) -> None:
+        """Add what the scene itself reports; a fault in that must not cost the result."""
+        try:
+            entries = as_json(self._model.scene.report(result), "report")
+        except Exception as error:
+            fault = f"{type(error).__name__}: {error}"
+            summary["warnings"].append(f"the scene's report failed: {fault}")
+            return
+        summary.update(entries)
+        summary["reported"] = list(entries)
 
-def warm_up() -> None:
-    """Start Warp without its banner."""
-    wp.config.quiet = True
-    wp.init()
+    def _close(self, result: Result | None, summary: Mapping[str, Any]) -> None:
+        """Give the files their final names, the summary last."""
+        if self._folder is None:
+            return
+        self._usd.close()
+        self._history.close()
+        write = self._model.scene.write
+        if write is not None and result is not None and summary["status"] == "completed":
+            write(result, self._folder)
+        self._folder.write_json(SUMMARY, summary)

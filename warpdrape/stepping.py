@@ -46,7 +46,7 @@ def search_contacts(model: Model, state: State) -> None:
     keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
     for number, pair in enumerate(model.ply_pairs):
         searching = model.membranes[pair.searching]
-        radius = 2.0 * pair.faces.thickness + 2.0 * reach
+        radius = 4.0 * pair.faces.thickness + 2.0 * reach
         wp.launch(
             find_ply_contacts,
             searching.vertex_count,

@@ -29,6 +29,30 @@ LOADED = 0.1
 """Share of the largest internal energy from which the plies count as loaded [-]."""
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class ContactExtremes:
+    """What contacts have come to by a good frame; a state that blew up cannot be asked any more.
+
+    Attributes:
+        tool_deepest: deepest penetration of each tool [m], shape [tool].
+        ply_deepest: that of each directed pair of plies [m], shape [pair].
+        slip: of the searching plies' vertices on the searched ones [m], shape [slot].
+    """
+
+    tool_deepest: np.ndarray
+    ply_deepest: np.ndarray
+    slip: np.ndarray
+
+    @classmethod
+    def of(cls, state: State) -> ContactExtremes:
+        """Copy them from the device."""
+        return cls(
+            state.tool_deepest.numpy().copy(),
+            state.ply_deepest.numpy().copy(),
+            state.ply_slip.numpy().copy(),
+        )
+
+
 def tool_axis(tool: Tool) -> np.ndarray:
     """Direction along which a tool's displacement and force are reported, shape [3]."""
     if isinstance(tool.motion, Float):
@@ -121,7 +145,7 @@ def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]
 
 def summarise(
     model: Model,
-    state: State,
+    contacts: ContactExtremes,
     history: Mapping[str, np.ndarray],
     plies: Sequence[FormedPly],
     *,
@@ -133,7 +157,7 @@ def summarise(
 
     Args:
         model: the model.
-        state: its state.
+        contacts: penetrations and slips by the last good frame.
         history: columns over the frames.
         plies: the last good frame.
         failure: why the run stopped early, empty if it did not.
@@ -145,15 +169,16 @@ def summarise(
     end, mean, calm = quasi_static(history)
     if not failure and error > ENERGY_FAILURE:
         failure = (
-            f"{100 * error:.1f} % of the energy is unbalanced (limit {100 * ENERGY_FAILURE:.0f} %): "
-            "refine the tool meshes or the plies, or lower contact_share"
+            f"{100 * error:.1f} % of the energy is unbalanced "
+            f"(limit {100 * ENERGY_FAILURE:.0f} %): refine the tool meshes or the plies, "
+            "or lower contact_share"
         )
     warnings = []
     if ENERGY_WARNING < error <= ENERGY_FAILURE:
         warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
     if not calm and not failure:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
-    penetration = np.concatenate([state.tool_deepest.numpy(), state.ply_deepest.numpy(), [0.0]])
+    penetration = np.concatenate([contacts.tool_deepest, contacts.ply_deepest, [0.0]])
     added = float(model.masses.added.sum())
     return {
         "status": "failed" if failure else "completed",
@@ -173,39 +198,39 @@ def summarise(
         "max_penetration_m": float(penetration.max()),
         "mass_kg": float(model.masses.mass.sum()),
         "added_mass_kg": added,
-        "tools": _tool_entries(model, state, history),
-        "interfaces": _interfaces(model, state),
+        "tools": _tool_entries(model, contacts, history),
+        "interfaces": _interfaces(model, contacts),
         "plies": [_ply_entry(p, f) for p, f in zip(model.scene.plies, plies, strict=True)],
     }
 
 
-def _tool_entries(model: Model, state: State, history: Mapping[str, np.ndarray]) -> list[dict]:
-    deepest = state.tool_deepest.numpy()
+def _tool_entries(
+    model: Model, contacts: ContactExtremes, history: Mapping[str, np.ndarray]
+) -> list[dict]:
     return [
         {
             "name": tool.name,
             "displacement_m": float(history[f"{tool.name}_displacement_m"][-1]),
             "force_n": float(history[f"{tool.name}_force_n"][-1]),
             "max_force_n": float(np.abs(history[f"{tool.name}_force_n"]).max()),
-            "max_penetration_m": float(deepest[k]),
+            "max_penetration_m": float(contacts.tool_deepest[k]),
         }
         for k, tool in enumerate(model.scene.tools)
     ]
 
 
-def _interfaces(model: Model, state: State) -> list[dict]:
+def _interfaces(model: Model, contacts: ContactExtremes) -> list[dict]:
     """Slip of each ply's vertices on each other ply."""
-    slip, deepest = state.ply_slip.numpy(), state.ply_deepest.numpy()
     entries = []
     for number, pair in enumerate(model.ply_pairs):
         count = model.membranes[pair.searching].vertex_count
-        of_pair = slip[pair.first_slot : pair.first_slot + count]
+        of_pair = contacts.slip[pair.first_slot : pair.first_slot + count]
         entries.append({
             "vertices_of": model.scene.plies[pair.searching].name,
             "on": model.scene.plies[pair.searched].name,
             "max_slip_m": float(of_pair.max()),
             "mean_slip_m": float(of_pair.mean()),
-            "max_penetration_m": float(deepest[number]),
+            "max_penetration_m": float(contacts.ply_deepest[number]),
         })
     return entries
 
@@ -253,7 +278,8 @@ def run_record(scene: Scene, model: Model, frames: int) -> dict[str, Any]:
         ],
         "fabrics": {ply.fabric.name: plain(ply.fabric) for ply in scene.plies},
         "tools": [
-            {"name": t.name, "facets": len(t.triangles), "motion": plain(t.motion)} for t in scene.tools
+            {"name": tool.name, "facets": len(tool.triangles), "motion": plain(tool.motion)}
+            for tool in scene.tools
         ],
     }
 
@@ -274,7 +300,12 @@ def plain(value: Any) -> Any:
 
 def versions() -> dict[str, str]:
     """Versions of what computes."""
-    from importlib.metadata import version
+    from importlib.metadata import PackageNotFoundError, version
 
-    packages = ("warpdrape", "warp-lang", "numpy", "scipy", "trimesh", "usd-core", "rustworkx")
-    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
+    found = {"python": platform.python_version()}
+    for name in ("warpdrape", "warp-lang", "numpy", "scipy", "trimesh", "usd-core", "rustworkx"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # a checkout that is only on the path
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,76 @@
+"""Picture frame: a square sample in a hinged frame that is pulled along its diagonal."""
+
+import math
+
+import numpy as np
+
+from warpdrape import Clamp, Fabric, Ply, Scene
+from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
+from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, shear_curve, steady_pull
+from warpdrape.units import deg
+
+
+def build(
+    *,
+    fabric: str | Fabric = "carbon_interlock",
+    side: float = 0.1,
+    edge: float = 0.005,
+    mesh: str = "aligned",
+    mesh_angle_deg: float = 0.0,
+    shear_angle_deg: float = 55.0,
+    duration: float = 0.06,
+    damping: float = 20.0,
+    averaging: str = "pairs",
+) -> Scene:
+    """Build a picture-frame test; the sample fills the frame, yarns along its sides.
+
+    Args:
+        fabric: a fabric, or the name or file of one.
+        side: of frame and sample [m].
+        edge: mesh size [m].
+        mesh: "aligned" to the yarns, "crossed", "diagonal", "grid" or "random".
+        mesh_angle_deg: turn of a "grid" against the frame [deg].
+        shear_angle_deg: shear angle at the end [deg].
+        duration: of the pull [s].
+        damping: mass-proportional rate [1/s].
+        averaging: "pairs" of triangles share yarn strains, or "plain".
+    """
+    parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
+    angle = check_shear_angle("shear_angle_deg", shear_angle_deg)
+    flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0, mesh_angle=mesh_angle_deg * deg)
+    ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
+    pull = steady_pull((float(frame_travel(side, angle)), 0.0, 0.0), duration)
+
+    def travel(time: np.ndarray) -> np.ndarray:
+        return pull.displacement(time)[..., 0]
+
+    def hinge(time: np.ndarray) -> np.ndarray:
+        half = frame_angle(side, travel(time)) / 2
+        matrix = np.zeros((*np.shape(time), 3, 3))
+        matrix[..., 0, 0] = matrix[..., 1, 1] = np.cos(half)
+        matrix[..., 0, 1] = matrix[..., 1, 0] = np.sin(half)
+        matrix[..., 2, 2] = 1.0
+        return matrix
+
+    def curve(result) -> Curve:
+        return shear_curve(
+            result, "frame", lambda d: frame_angle(side, d), lambda g: frame_force(ply.fabric, side, g)
+        )
+
+    def on_border(points: np.ndarray) -> np.ndarray:
+        return np.abs(points[:, :2]).max(axis=1) > (0.5 - 1e-6) * side
+
+    frame = Clamp(
+        name="frame", ply="ply_0", where=on_border, matrix=hinge, travel=travel,
+        follow=(math.sqrt(0.5), math.sqrt(0.5), 0.0),
+    )
+    return Scene(
+        name="picture_frame",
+        plies=[ply],
+        clamps=[frame],
+        duration=duration,
+        gravity=(0.0, 0.0, 0.0),
+        numerics=coupon_numerics(averaging, damping),
+        parameters=parameters,
+        **coupon_files(curve),
+    )

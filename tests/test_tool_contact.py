@@ -1,0 +1,181 @@
+"""Contact with tools: what the search finds against the exact surface and brute force, and forces."""
+
+import numpy as np
+import pytest
+import trimesh
+from law_checks import fabric
+
+from warpdrape.laws import LinearTension
+from warpdrape.model import build_model, initial_state
+from warpdrape.ply import Ply
+from warpdrape.scene import Numerics, Scene
+from warpdrape.stepping import Stepper, search_contacts
+from warpdrape.tool import Tool
+
+CLOTH = fabric(LinearTension(400.0, 420.0))
+HALF = 0.5 * CLOTH.thickness
+RADIUS = 0.075
+
+
+def searcher(tools, device="cpu", cells=10, **numerics):
+    """Model and state of a ply whose vertices serve as the points that search."""
+    ply = Ply.rectangle("points", CLOTH, 0.1, cells=cells, mesh="diagonal", z=10.0)
+    numerics = Numerics(**numerics)
+    scene = Scene(name="search", plies=[ply], tools=tools, duration=1e-3, numerics=numerics)
+    model = build_model(scene, device, 1)
+    return model, initial_state(model)
+
+
+def found(state, tool=0):
+    """What the last search kept of one tool: (near, point, normal)."""
+    contacts = state.tool_contacts.numpy()[tool]
+    return contacts["near"] == 1, contacts["point"], contacts["normal"]
+
+
+def near_sphere(count, rng, low, high, polar=0.8 * np.pi):
+    """Points round a sphere whose pole is the origin, and their distance from it [m]."""
+    angle, turn = np.arccos(rng.uniform(np.cos(0.7 * polar), 1, count)), rng.uniform(0, 7, count)
+    out = np.stack([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)], 1)
+    distance = rng.uniform(low, high, count)
+    return (RADIUS + distance)[:, None] * out - (0.0, 0.0, RADIUS), distance, out
+
+
+def test_gap_to_a_sphere_converges_with_the_facets(device):
+    rng = np.random.default_rng(1)
+    gaps, tilts = [], []
+    for facet in (7e-3, 3.5e-3, 1.75e-3):
+        model, state = searcher([Tool.sphere(radius=RADIUS, facet=facet)], device, cells=30)
+        x, distance, out = near_sphere(len(model.masses.mass), rng, -5e-5, 4e-4)
+        state.x.assign(x)
+        search_contacts(model, state)
+        near, point, normal = found(state)
+        assert near.all()
+        gap = (normal * (x - point)).sum(axis=1)
+        gaps.append(np.abs(gap - distance).max())
+        tilts.append(np.linalg.norm(normal - out, axis=1).max())
+        flat = 0.125 * facet**2 / RADIUS  # how far a facet lies inside the sphere
+        assert gaps[-1] < 0.05 * flat
+    rates = np.log2(np.array(gaps[:-1]) / gaps[1:])
+    assert (rates > 2.7).all(), rates
+    assert gaps[-1] < 1e-7  # m, at facets of 1.75 mm on a radius of 75 mm
+    # A point off the surface is projected square to the facet, so its normal is that of a place
+    # aside by distance · facet/2R: first order, but small.
+    assert (np.log2(np.array(tilts[:-1]) / tilts[1:]) > 0.95).all()
+    assert tilts[-1] < 1e-4
+
+
+def distances(points, corners):
+    """Distance of points from the nearest of all facets, by brute force, shape [n]."""
+    best = np.full(len(points), np.inf)
+    for a, b, c in corners:
+        nearest = trimesh.triangles.closest_point(np.broadcast_to([a, b, c], (len(points), 3, 3)), points)
+        best = np.minimum(best, np.linalg.norm(points - nearest, axis=1))
+    return best
+
+
+def imported(shape):
+    mesh = {
+        "ball": trimesh.creation.icosphere(subdivisions=2, radius=0.02),
+        "box": trimesh.creation.box((0.03, 0.02, 0.04)),
+    }[shape]
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(0.7, (1.0, 2.0, 0.5)))
+    return Tool.from_mesh(shape, mesh)
+
+
+@pytest.mark.parametrize("shape", ["ball", "box"])
+def test_nearest_facet_is_that_of_brute_force(shape, device):
+    tool = imported(shape)
+    model, state = searcher([tool], device, cells=20)
+    rng = np.random.default_rng(2)
+    count = len(model.masses.mass)
+    surface, facet = trimesh.sample.sample_surface(tool.surface.mesh, count, seed=3)
+    outward = tool.surface.mesh.face_normals[facet]
+    x = surface + rng.uniform(-3e-4, 6e-4, count)[:, None] * outward
+    shift = np.array([0.1, -0.2, 0.3])
+    state.tool_shift.assign(shift[None])
+    state.x.assign(x + shift)
+    search_contacts(model, state)
+    near, point, normal = found(state)
+    exact = distances(x, tool.surface.mesh.triangles)
+    reach = HALF + model.search.reach
+    # The query sees positions in single precision: 3e-9 m at 0.05 m from the origin.
+    assert near[exact < reach - 1e-8].all()
+    assert not near[exact > reach + 1e-8].any()
+    assert 0.2 < near.mean() < 0.98
+    apart = np.linalg.norm(x - point, axis=1)
+    np.testing.assert_allclose(apart[near], exact[near], atol=1e-8)
+    np.testing.assert_allclose(np.linalg.norm(normal[near], axis=1), 1.0, atol=1e-12)
+    gap = (normal * (x - point)).sum(axis=1)
+    deepest = max(0.0, (HALF - gap[near]).max())
+    assert state.tool_deepest.numpy()[0] == pytest.approx(deepest, rel=1e-9)
+
+
+@pytest.mark.parametrize("facet", [3e-3, 7.8e-3])
+def test_points_not_asked_anew_are_never_missed(facet, device):
+    # The walk is a few times the search radius, in steps shorter than the slide between searches.
+    tool = Tool.sphere(radius=RADIUS, facet=facet)
+    model, state = searcher([tool], device, cells=20)
+    slide = model.scene.numerics.search_slide
+    rng = np.random.default_rng(4)
+    x, _, out = near_sphere(len(model.masses.mass), rng, 1e-3, 6e-3)
+    drift = -rng.uniform(0.2, 1.0, len(x))[:, None] * out
+    asked = 0
+    for _ in range(150):
+        x = x + 0.5 * slide * (drift + rng.uniform(-0.5, 0.5, x.shape))
+        before = state.asked_at.numpy().copy()
+        state.x.assign(x)
+        search_contacts(model, state)
+        asked += (state.asked_at.numpy() != before).any(axis=2).sum()
+        distance = np.linalg.norm(x + (0.0, 0.0, RADIUS), axis=1) - RADIUS
+        assert found(state)[0][distance < HALF + slide].all()
+    assert (distance < HALF + slide).mean() > 0.1
+    assert asked < 0.7 * 150 * len(x)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1])
+def test_a_pressed_vertex_feels_penalty_off_half_the_thickness(share, device):
+    tool = Tool.plate(width=1.0, height=1.0)
+    ply = Ply.rectangle("ply", CLOTH, 0.01, cells=2, z=1.0)
+    numerics = Numerics(contact_share=share, contact_damping=0.0, search_slide=1e-9)
+    scene = Scene(name="press", plies=[ply], tools=[tool], duration=1e-4, numerics=numerics,
+                  gravity=(0.0, 0.0, 0.0))
+    model = build_model(scene, device, 1)
+    assert model.timing.search_every == 1
+    for depth in (1e-6, 2e-6, -1e-9):
+        state = initial_state(model)
+        x = ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - depth)  # flat: no membrane force
+        stepper = Stepper(model, state)
+        state.x.assign(x)
+        stepper.begin_frame(1)
+        stepper.block()
+        force = model.masses.mass * state.v.numpy()[:, 2] / model.timing.time_step
+        expected = share * model.masses.mass / model.timing.time_step**2 * max(depth, 0.0)
+        np.testing.assert_allclose(force, expected, rtol=1e-8, atol=1e-20)
+        np.testing.assert_allclose(state.v.numpy()[:, :2], 0.0, atol=1e-6 * abs(depth) / 1e-6)
+        pushed = state.impulse.numpy()[0]
+        np.testing.assert_allclose(pushed, (0.0, 0.0, -expected.sum()), rtol=1e-8, atol=1e-15)
+
+
+def test_friction_of_a_slipping_vertex_opposes_slip_and_obeys_coulomb(device):
+    tool = Tool.plate(width=1.0, height=1.0, friction=0.25)
+    ply = Ply.rectangle("ply", CLOTH, 0.01, cells=2, z=1.0)
+    numerics = Numerics(contact_damping=0.0, search_slide=1e-9)
+    scene = Scene(name="rub", plies=[ply], tools=[tool], duration=1e-4, numerics=numerics,
+                  gravity=(0.0, 0.0, 0.0))
+    model = build_model(scene, device, 1)
+    state = initial_state(model)
+    state.x.assign(ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - 1e-7))
+    velocity = np.array([3.0, -4.0, 0.0])
+    state.v.assign(np.broadcast_to(velocity, (len(ply.rest_points), 3)))
+    stepper = Stepper(model, state)
+    stepper.begin_frame(1)
+    stepper.block()
+    force = model.masses.mass[:, None] * (state.v.numpy() - velocity) / model.timing.time_step
+    normal = model.contact.share * model.masses.mass / model.timing.time_step**2 * 1e-7
+    expected = normal[:, None] * (-0.25 * 0.6, 0.25 * 0.8, 1.0)
+    np.testing.assert_allclose(force, expected, rtol=1e-6)
+    lost = state.lost.numpy()
+    slid = 5.0 * model.timing.time_step
+    work = 0.25 * normal * slid
+    # The spring was slack before: half of its force acted over the step's mean.
+    assert (lost[:, 0] > 0.45 * work).all() and (lost[:, 0] < 1.01 * work).all()

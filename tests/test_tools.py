@@ -1,0 +1,235 @@
+"""Tools: the surfaces that profiles and mesh files give, their normals, their dimensions."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from warpdrape.errors import InputError
+from warpdrape.motion import Float
+from warpdrape.profile import Arc, Line, extrude, revolve
+from warpdrape.tool import Tool
+
+RADIUS = 0.04
+
+
+def corners(tool):
+    return tool.vertices[tool.triangles]
+
+
+def radial(points):
+    """Unit vectors away from the z axis."""
+    out = points * (1.0, 1.0, 0.0)
+    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+
+
+def towards(points, centers):
+    return (points - centers) / np.linalg.norm(points - centers, axis=-1, keepdims=True)
+
+
+def sphere_normals(p):
+    return towards(p, np.array([0.0, 0.0, -RADIUS]))
+
+
+def punch_normals(p):
+    low = p[..., 2:] < RADIUS
+    return np.where(low, towards(p, np.array([0.0, 0.0, RADIUS])), radial(p))
+
+
+def ring_normals(p, hole, edge, up):
+    """A ring with a rounded hole; its wall below the rounding, its flat outside it."""
+    out = radial(p)
+    center = out * (hole + edge) - (0.0, 0.0, up * edge)
+    r = np.linalg.norm(p[..., :2], axis=-1)[..., None]
+    wall = up * p[..., 2:] < -edge * (1 + 1e-9)
+    flat = r > hole + edge * (1 + 1e-9)
+    return np.where(wall, -out, np.where(flat, (0.0, 0.0, up), towards(p, center)))
+
+
+def table_normals(p):
+    out, edge = radial(p + (1e-12, 0.0, 0.0)), 5e-3
+    r = np.linalg.norm(p[..., :2], axis=-1)[..., None]
+    center = out * (RADIUS - edge) - (0.0, 0.0, edge)
+    flat = r < (RADIUS - edge) * (1 - 1e-9)
+    wall = p[..., 2:] < -edge * (1 + 1e-9)
+    return np.where(flat, (0.0, 0.0, 1.0), np.where(wall, out, towards(p, center)))
+
+
+def drum_normals(p):
+    return towards(p, p * (0.0, 1.0, 0.0))
+
+
+TOOLS = {
+    # name: tool, exact normals at points of the surface, number of open borders, box
+    "punch": (Tool.punch(radius=RADIUS, height=0.07), punch_normals, 1, [(-RADIUS, 0), (RADIUS, 0.07)]),
+    "die": (
+        Tool.die(hole_radius=0.05, edge_radius=0.01, outer_radius=0.1, depth=0.03),
+        lambda p: ring_normals(p, 0.05, 0.01, 1.0), 2, [(-0.1, -0.03), (0.1, 0)],
+    ),
+    "holder": (
+        Tool.blank_holder(hole_radius=0.06, outer_radius=0.1, edge_radius=2e-3),
+        lambda p: ring_normals(p, 0.06, 2e-3, -1.0), 2, [(-0.1, 0), (0.1, 0.01)],
+    ),
+    "table": (Tool.table(radius=RADIUS, depth=0.02), table_normals, 1, [(-RADIUS, -0.02), (RADIUS, 0)]),
+    "sphere": (
+        Tool.sphere(radius=RADIUS), sphere_normals, 1,
+        [(-RADIUS, -RADIUS * (1 + math.sqrt(0.5))), (RADIUS, 0)],
+    ),
+    "drum": (Tool.drum(radius=RADIUS, length=0.02), drum_normals, 2, None),
+    "plate": (
+        Tool.plate(width=0.06, height=0.02), lambda p: np.broadcast_to((0.0, 0.0, 1.0), p.shape), 1, None
+    ),
+    "ceiling": (
+        Tool.plate(width=0.06, height=0.02, facing="down"),
+        lambda p: np.broadcast_to((0.0, 0.0, -1.0), p.shape), 1, None,
+    ),
+}
+
+
+def open_borders(mesh):
+    """Number of loops of edges that belong to one facet only."""
+    edges = np.sort(mesh.edges, axis=1)
+    unique, count = np.unique(edges, axis=0, return_counts=True)
+    assert count.max() <= 2
+    single = unique[count == 1]
+    labels = trimesh.graph.connected_component_labels(single, node_count=len(mesh.vertices))
+    assert (np.bincount(single.ravel())[np.unique(single)] == 2).all()
+    return len(np.unique(labels[single]))
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_surface_is_whole_outward_and_has_exact_normals(name):
+    tool, normals_at, borders, box = TOOLS[name]
+    mesh, normals = tool.surface.mesh, tool.surface.normals
+    assert tool.surface.exact
+    assert mesh.is_winding_consistent
+    assert open_borders(mesh) == borders
+    assert (mesh.area_faces > 0).all()
+    assert ((mesh.face_normals[:, None] * normals).sum(axis=2) > math.cos(math.radians(10))).all()
+    exact = np.array(normals_at(corners(tool)))
+    error = np.linalg.norm(normals - exact, axis=2)
+    # Where two pieces meet in a corner (drum ends, plate rims) each keeps its own normal; all
+    # profiles here are tangent where they meet, so every corner has one.
+    assert error.max() < 1e-7
+    if box is not None:
+        (low_r, low_z), (high_r, high_z) = box
+        np.testing.assert_allclose(mesh.bounds[:, 2], (low_z, high_z), atol=1e-12)
+        # The sphere's equator lies between two of its rings.
+        np.testing.assert_allclose(mesh.bounds[:, 0], (low_r, high_r), atol=1e-3 * high_r)
+
+
+def test_hole_radii_and_box_of_plate_and_drum():
+    for name, hole in (("die", 0.05), ("holder", 0.06)):
+        reach = np.linalg.norm(TOOLS[name][0].vertices[:, :2], axis=1)
+        assert reach.min() == pytest.approx(hole, rel=1e-12)
+        assert reach.max() == pytest.approx(0.1, rel=1e-12)
+    for name, size in (("drum", (2 * RADIUS, 0.02, 2 * RADIUS)), ("plate", (0.06, 0.02, 0.0))):
+        np.testing.assert_allclose(TOOLS[name][0].surface.mesh.extents, size, atol=1e-12)
+
+
+@pytest.mark.parametrize("facet", [2e-3, 8e-3])
+def test_facets_have_the_size_asked_for(facet):
+    edges = Tool.sphere(radius=RADIUS, facet=facet).surface.mesh.edges_unique_length
+    limit = min(facet, RADIUS * math.radians(6.0))  # an arc turns 6° a facet at most
+    assert 0.8 * limit < edges.max() < 1.5 * limit  # of diagonals
+
+
+def test_area_of_facets_comes_to_that_of_the_sphere():
+    errors = []
+    for facet in (4e-3, 2e-3, 1e-3):
+        mesh = Tool.sphere(radius=RADIUS, facet=facet).surface.mesh
+        exact = 2 * math.pi * RADIUS**2 * (1 + math.sqrt(0.5))
+        errors.append(1 - mesh.area / exact)
+    assert 0 < errors[2] < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.1)
+
+
+def test_moved_and_turned_tools_keep_their_normals():
+    tool = TOOLS["punch"][0]
+    there = tool.moved((0.1, 0.2, 0.3))
+    np.testing.assert_allclose(there.vertices, tool.vertices + (0.1, 0.2, 0.3), atol=1e-15)
+    assert there.surface.normals is tool.surface.normals
+    turned = tool.turned((0.0, 1.0, 0.0), math.pi / 2)  # z goes to x
+    np.testing.assert_allclose(turned.vertices[:, 0], tool.vertices[:, 2], atol=1e-15)
+    np.testing.assert_allclose(turned.surface.normals[..., 0], tool.surface.normals[..., 2], atol=1e-15)
+    facing = (turned.surface.mesh.face_normals[:, None] * turned.surface.normals).sum(axis=2)
+    assert (facing > 0.98).all()
+
+
+def test_corners_of_a_box_stay_sharp_and_a_ball_is_smooth():
+    box = Tool.from_mesh("box", trimesh.creation.box((0.1, 0.2, 0.3)))
+    expected = np.repeat(box.surface.mesh.face_normals[:, None], 3, axis=1)
+    np.testing.assert_allclose(box.surface.normals, expected, atol=1e-12)
+    assert not box.surface.exact
+    ball = Tool.from_mesh("ball", trimesh.creation.icosphere(subdivisions=3, radius=0.1))
+    radial_normals = corners(ball) / np.linalg.norm(corners(ball), axis=2, keepdims=True)
+    assert np.linalg.norm(ball.surface.normals - radial_normals, axis=2).max() < 0.01
+    by_facet = ball.surface.mesh.face_normals[:, None] - radial_normals
+    assert np.linalg.norm(by_facet, axis=2).max() > 0.05
+
+
+def test_rim_of_a_cylinder_is_sharp_but_its_side_smooth():
+    tool = Tool.from_mesh("can", trimesh.creation.cylinder(radius=0.05, height=0.1, sections=60))
+    caps = np.abs(tool.surface.mesh.face_normals[:, 2]) > 0.5
+    np.testing.assert_allclose(np.abs(tool.surface.normals[caps][..., 2]), 1.0, atol=1e-12)
+    side = tool.surface.normals[~caps]
+    np.testing.assert_allclose(side, radial(corners(tool)[~caps]), atol=0.03)
+    facets = tool.surface.mesh.face_normals[~caps][:, None]
+    assert np.abs(side - facets).max() > 0.04  # not those of the flat facets
+
+
+def test_mesh_files_come_with_a_scale(tmp_path):
+    path = tmp_path / "box.stl"
+    trimesh.creation.box((100.0, 200.0, 300.0)).export(path)
+    tool = Tool.from_mesh("box", path, scale=1e-3, friction=0.1, motion=Float(force=10.0))
+    np.testing.assert_allclose(tool.surface.mesh.extents, (0.1, 0.2, 0.3), rtol=1e-6)
+    assert len(tool.vertices) == 8  # an STL repeats them
+    assert tool.friction == 0.1 and isinstance(tool.motion, Float)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Tool.punch(radius=-1.0), "punch radius = -1.0"),
+        (lambda: Tool.punch(radius=0.1, height=0.05), "punch height .* exceed"),
+        (lambda: Tool.die(hole_radius=0.1, edge_radius=0.01, outer_radius=0.1), "die outer_radius"),
+        (lambda: Tool.plate(width=0.1, height=0.1, facing="left"), "'up' or 'down'"),
+        (lambda: Tool.table(radius=0.1, edge_radius=0.2), "edge_radius = 0.2"),
+        (lambda: Tool.drum(radius=float("nan"), length=1.0), "drum radius = nan must be finite"),
+        (lambda: Tool.plate("no name", width=1.0, height=1.0), "plain identifier"),
+        (lambda: Tool.plate(width=1.0, height=1.0, friction=-0.1), "friction = -0.1"),
+        (lambda: Tool.plate(width=1.0, height=1.0, motion=3), "not a motion"),
+        (lambda: Tool.from_mesh("it", "missing.stl"), "no mesh file 'missing.stl'"),
+        (lambda: Tool.from_mesh("it", trimesh.Trimesh()), "no facets"),
+        (lambda: Tool.from_mesh("it", trimesh.creation.box(), scale=0.0), "scale = 0.0"),
+        (
+            lambda: Tool.from_mesh(
+                "it", trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False)
+            ),
+            "NaN",
+        ),
+        (
+            lambda: Tool.from_mesh(
+                "it", trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False)
+            ),
+            "zero area",
+        ),
+        (lambda: revolve([Line((-0.1, 0.0), (0.1, 0.0))], 0.01), "cross the axis"),
+        (
+            lambda: extrude([Line((0, 0), (1, 0)), Arc((0, 0), 2.0, 0.0, 1.0)], 1.0, 0.1),
+            "does not start where",
+        ),
+    ],
+)
+def test_bad_tools_are_refused(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
+
+
+def test_unreadable_mesh_file_is_refused(tmp_path):
+    path = tmp_path / "broken.stl"
+    path.write_bytes(b"\xff" * 100)
+    with pytest.raises(InputError, match=r"cannot read .*broken\.stl"):
+        Tool.from_mesh("it", path)

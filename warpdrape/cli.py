@@ -1,0 +1,300 @@
+"""The command line; what is heavy to import is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+DONE, FAILED, UNUSABLE = 0, 1, 2
+"""Exit status: all went well; the run failed; the input cannot be used."""
+OUT = "runs"
+"""Folder, in the current one, that takes a run's folder where ``--out`` is not given."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        from warpdrape.errors import InputError
+
+        raise InputError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status: 0 done, 1 failed, 2 unusable input.
+
+    Args:
+        argv: the arguments; those of the process if None.
+    """
+    _never_fail_to_print()
+    with warnings.catch_warnings():
+        warnings.showwarning = _show_warning
+        try:
+            return _dispatch(list(sys.argv[1:] if argv is None else argv))
+        except KeyboardInterrupt:
+            return _complain("interrupted", FAILED)
+        except BrokenPipeError:  # as in "warpdrape fabrics | head"
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+        except MemoryError:
+            return _complain("out of memory: take fewer cells or larger facets", FAILED)
+        except Exception as error:
+            return _explain(error)
+
+
+def run_script(path: str | os.PathLike[str]) -> NoReturn:
+    """Run the scene script at ``path`` as ``warpdrape run`` does, and end the process.
+
+    For the end of a script: ``if __name__ == "__main__": run_script(__file__)``.
+    """
+    raise SystemExit(main(["run", os.fspath(path), *sys.argv[1:]]))
+
+
+def _dispatch(argv: list[str]) -> int:
+    parser = _parser()
+    if argv and not argv[0].startswith("-") and argv[0] not in _COMMANDS:
+        from warpdrape.errors import one_of
+
+        one_of("command", argv[0], _COMMANDS)
+    try:
+        arguments = parser.parse_args(argv)
+    except SystemExit as end:  # --help and --version have said what they had to
+        return int(end.code or DONE)
+    if arguments.command is None:
+        parser.print_help()
+        return DONE
+    return _COMMANDS[arguments.command](arguments)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="warpdrape",
+        allow_abbrev=False,
+        description="Forming simulation of woven plies: shear, wrinkles, draw-in, forces.",
+        epilog="Start with:  warpdrape run hemisphere",
+    )
+    parser.add_argument("--version", action="version", version=f"warpdrape {_version()}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    _add_run(commands)
+    scenes = _add(commands, "scenes", "list the bundled scenes, or one scene's parameters")
+    scenes.add_argument("scene", metavar="SCENE", nargs="?", help="a bundled name, or a script")
+    fabrics = _add(commands, "fabrics", "list the fabrics, or show one with its sources")
+    fabrics.add_argument("fabric", metavar="NAME", nargs="?", help="a name, or a .toml file")
+    fabrics.add_argument("--plot", metavar="FILE", help="draw its curves to a .png, .pdf or .svg")
+    _add_picture(commands)
+    _add(commands, "info", "show versions, devices and the kernel cache")
+    return parser
+
+
+def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.ArgumentParser:
+    return commands.add_parser(
+        name, help=words, description=f"{words[0].upper()}{words[1:]}.", epilog=epilog,
+        allow_abbrev=False,
+    )
+
+
+def _add_run(commands: Any) -> None:
+    run = _add(
+        commands, "run", "run a scene and write its results to a folder",
+        "Exit status: 0 done, 1 the run failed, 2 the input cannot be used. "
+        "Ctrl-C stops a run and keeps the frames it has.",
+    )
+    run.add_argument("scene", metavar="SCENE", help="a bundled name (see warpdrape scenes), or the "
+                     "path of a script with a function build()")
+    run.add_argument("--out", metavar="DIR",
+                     help=f"folder for the results; {OUT}/SCENE if not given")
+    run.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], dest="settings",
+                     help="a parameter of the scene, in SI units; may be repeated")
+    run.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
+    run.add_argument("--frames", metavar="N", default="60",
+                     help="frames of the animation and rows of the history; 60 if not given")
+    run.add_argument("--quiet", action="store_true", help="show no progress")
+    run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
+
+
+def _add_picture(commands: Any) -> None:
+    picture = _add(commands, "picture", "draw a formed ply, coloured by shear angle")
+    picture.add_argument("run", metavar="RUN", help="the folder of a run")
+    picture.add_argument("--ply", metavar="NAME", help="which ply; the middle one if not given")
+    picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
+    picture.add_argument("--frame", metavar="K", default="-1",
+                         help="which frame; -1, the last one, if not given")
+    picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
+    picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from warpdrape.scene_library import find_script
+
+    frames = _whole("--frames", arguments.frames, least=1)
+    script = find_script(arguments.scene)
+    script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
+    from warpdrape.model import check_device
+    from warpdrape.run_folder import RunFolder
+    from warpdrape.summary_text import summary_text
+    from warpdrape.warp_start import kernels_are_compiled, start_warp
+
+    folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
+    RunFolder(folder, arguments.overwrite)
+    start_warp()
+    check_device(arguments.device)
+    scene = script.make(arguments.settings)
+    if not arguments.quiet and not kernels_are_compiled():
+        print("Compiling kernels: once per machine, about a minute.", file=sys.stderr)
+    result = scene.run(
+        folder, device=arguments.device, frames=frames, overwrite=arguments.overwrite,
+        quiet=arguments.quiet,
+    )
+    print(summary_text(result.summary, folder))
+    if result.completed:
+        return DONE
+    return _complain(result.summary["message"], FAILED)
+
+
+def _scenes(arguments: argparse.Namespace) -> int:
+    from warpdrape.scene_library import bundled_scenes, describe_scene, find_script
+
+    if arguments.scene is None:
+        _print_list(bundled_scenes())
+    else:
+        print(describe_scene(find_script(arguments.scene)))
+    return DONE
+
+
+def _fabrics(arguments: argparse.Namespace) -> int:
+    from warpdrape.errors import InputError
+    from warpdrape.fabric_library import fabric_names, load_fabric
+
+    if arguments.fabric is None:
+        if arguments.plot is not None:
+            raise InputError("--plot needs a fabric: warpdrape fabrics NAME --plot FILE")
+        _print_list({name: load_fabric(name).description for name in fabric_names()})
+        return DONE
+    from warpdrape.fabric_card import card, plot_card
+    from warpdrape.warp_start import start_warp
+
+    fabric = load_fabric(arguments.fabric)
+    start_warp()
+    print(card(fabric))
+    if arguments.plot is not None:
+        try:
+            plot_card(fabric, arguments.plot)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"--plot {arguments.plot} cannot be written ({error}): give a place in a folder "
+                "that exists, ending in .png"
+            ) from error
+        print(f"\nCurves in {arguments.plot}")
+    return DONE
+
+
+def _picture(arguments: argparse.Namespace) -> int:
+    from warpdrape.errors import InputError
+    from warpdrape.picture import draw_ply, draw_stack
+
+    frame = _whole("--frame", arguments.frame)
+    options = {"frame": frame, "out": arguments.out, "tools": arguments.tools}
+    if arguments.stack and arguments.ply is not None:
+        raise InputError("give --ply NAME for one ply or --stack for all, not both")
+    if arguments.stack:
+        print(draw_stack(arguments.run, **options))
+    else:
+        print(draw_ply(arguments.run, arguments.ply, **options))
+    return DONE
+
+
+def _info(_: argparse.Namespace) -> int:
+    import platform
+
+    import warp as wp
+
+    from warpdrape.summary import versions
+    from warpdrape.warp_start import start_warp
+
+    start_warp()
+    for name, version in versions().items():
+        print(f"{name:12} {version}")
+    print(f"{'system':12} {platform.platform()}, {os.cpu_count()} logical cores")
+    for device in wp.get_devices():
+        memory = f", {device.total_memory / 2**30:.0f} GiB" if device.is_cuda else ""
+        print(f"{'device':12} {device.alias} ({device.name}{memory})")
+    if not wp.is_cuda_available():
+        print(f"{'':12} no CUDA device: a run uses one core of the processor")
+    print(f"{'kernel cache':12} {wp.config.kernel_cache_dir}")
+    return DONE
+
+
+_COMMANDS = {
+    "run": _run,
+    "scenes": _scenes,
+    "fabrics": _fabrics,
+    "picture": _picture,
+    "info": _info,
+}
+
+
+def _whole(option: str, text: str, least: int | None = None) -> int:
+    """Read a whole number."""
+    from warpdrape.errors import InputError
+
+    try:
+        number = int(text)
+    except ValueError:
+        raise InputError(f"{option} {text} must be a whole number") from None
+    if least is not None and number < least:
+        raise InputError(f"{option} {number} must be {least} or more")
+    return number
+
+
+def _print_list(lines: dict[str, str]) -> None:
+    width = max(map(len, lines))
+    for name, text in lines.items():
+        print(f"{name:{width}}  {text}")
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("warpdrape")
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def _explain(error: Exception) -> int:
+    from warpdrape.errors import InputError, RunFailed
+
+    if isinstance(error, InputError):
+        return _complain(error, UNUSABLE)
+    if isinstance(error, RunFailed):
+        return _complain(error, FAILED)
+    step = error.__traceback__
+    while step is not None and step.tb_next is not None:
+        step = step.tb_next
+    where = ""
+    if step is not None:
+        where = f" in {Path(step.tb_frame.f_code.co_filename).name}, line {step.tb_lineno}"
+    return _complain(f"unexpected {type(error).__name__}{where}: {error}; please report it", FAILED)
+
+
+def _complain(message: object, status: int) -> int:
+    """Say what is wrong in one line on standard error."""
+    sys.stdout.flush()
+    print("warpdrape: error:", " ".join(str(message).split()), file=sys.stderr)
+    return status
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    print("warpdrape: warning:", " ".join(str(message).split()), file=sys.stderr)
+
+
+def _never_fail_to_print() -> None:
+    """Let a terminal that lacks a character, such as γ, show a question mark instead."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")

@@ -1,0 +1,164 @@
+"""What the virtual coupon tests share: specimen meshes, clamps' motion, curves and their files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.flat_mesh import FlatMesh
+from warpdrape.meshing import mesh_outline
+from warpdrape.motion import Stroke
+from warpdrape.outlines import Rectangle
+from warpdrape.run_folder import COUPON, COUPON_PLOT, RunFolder
+from warpdrape.scene import Numerics
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from warpdrape.result import Result
+
+MESHES = ("aligned", "crossed", "diagonal", "grid", "random")
+SPEED_UP = 0.4
+"""Share of a pull in which its speed rises; after that it is steady to the end [-]."""
+BARELY_TURNED = 1e-5
+"""Turn [rad] that keeps a lattice at 45° from being replaced by the rectangle's own grid."""
+COLUMN_LABELS = {
+    "shear_angle_deg": "shear angle [°]",
+    "warp_strain": "warp strain [-]",
+}
+
+
+def coupon_mesh(
+    width: float, height: float, edge: float, mesh: str, *, warp_angle: float, mesh_angle: float = 0.0
+) -> FlatMesh:
+    """Mesh a rectangular specimen, centred at the origin.
+
+    Args:
+        width: along x [m].
+        height: along y [m].
+        edge: mesh size [m].
+        mesh: one of ``MESHES``; "grid" and "diagonal" may be turned.
+        warp_angle: from x to the warp [rad], for "aligned".
+        mesh_angle: turn of a "grid" against the specimen [rad].
+    """
+    one_of("mesh", mesh, MESHES)
+    outline = Rectangle(positive("width", width, unit="m"), positive("height", height, unit="m"))
+    if finite("mesh_angle", mesh_angle, unit="rad") == 0.0:
+        return mesh_outline(outline, edge=edge, pattern=mesh, warp_angle=warp_angle)
+    if mesh not in ("grid", "crossed"):
+        raise InputError(f"mesh_angle turns a 'grid' only, not {mesh!r}: leave it at 0")
+    turned = mesh_angle + BARELY_TURNED
+    return mesh_outline(outline, edge=edge, pattern="aligned", warp_angle=turned)
+
+
+def steady_pull(travel: np.ndarray, duration: float) -> Stroke:
+    """A stroke that has ``travel`` [m] behind it at ``duration`` [s], and then its full speed.
+
+    The speed rises smoothly and then stays, so that no deceleration falls into the curve's end.
+    """
+    slow_down = SPEED_UP / (1.0 + SPEED_UP)  # as a share of the whole stroke, like the speed-up
+    travelled = (1.0 - 1.5 * slow_down) / (1.0 - slow_down)
+    whole = np.asarray(travel, dtype=float) / travelled
+    return Stroke(travel=whole, duration=duration * (1.0 + SPEED_UP), ramp=slow_down)
+
+
+def coupon_numerics(averaging: str, damping: float) -> Numerics:
+    """Numerics of a coupon without contacts: no search slows its frames.
+
+    Args:
+        averaging: "pairs" or "plain".
+        damping: mass-proportional rate [1/s].
+    """
+    return Numerics(averaging=averaging, damping=damping)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A force curve beside its closed form.
+
+    Attributes:
+        columns: name → values, shape [n]; the first is the abscissa. A measured ``…_n`` stands
+            beside its ``closed_form_…_n``.
+        ends: the values at the end of the pull.
+    """
+
+    columns: Mapping[str, np.ndarray]
+    ends: Mapping[str, float]
+
+    def entries(self) -> dict[str, Any]:
+        """What ``summary.json`` holds under ``coupon``."""
+        return {name: float(value) for name, value in self.ends.items()}
+
+    def figure(self) -> Figure:
+        """Measured forces and closed forms over the abscissa."""
+        from matplotlib.figure import Figure
+
+        abscissa, values = next(iter(self.columns.items()))
+        figure = Figure(figsize=(6.4, 4.4), dpi=150, layout="constrained")
+        axes = figure.add_subplot()
+        for number, name in enumerate(n for n in self.columns if f"closed_form_{n}" in self.columns):
+            word = name.removesuffix("_n").replace("_", " ")
+            color = f"C{number}"
+            exact = self.columns[f"closed_form_{name}"]
+            axes.plot(values, exact, color=color, lw=3, alpha=0.35, label=f"{word}, closed form")
+            axes.plot(values, self.columns[name], ".", color=color, ms=4, label=word)
+        axes.set_xlabel(COLUMN_LABELS.get(abscissa, abscissa))
+        axes.set_ylabel("force [N]")
+        axes.grid(alpha=0.3)
+        axes.legend(frameon=False)
+        return figure
+
+
+def shear_curve(
+    result: Result,
+    clamp: str,
+    angle: Callable[[np.ndarray], np.ndarray],
+    force: Callable[[np.ndarray], np.ndarray],
+) -> Curve:
+    """Force over shear angle of a pulled specimen: F = dW/dδ by the clamp's work W.
+
+    A cubic spline through the work at the frames is exact where a mean force over a frame is not.
+
+    Args:
+        result: the finished run.
+        clamp: name of the clamp that pulls.
+        angle: travel [m] → shear angle [rad] of inextensible yarns.
+        force: shear angle [rad] → closed-form force [N].
+    """
+    from scipy.interpolate import CubicSpline
+
+    travel = result.history[f"{clamp}_displacement_m"]
+    work = result.history[f"{clamp}_work_j"]
+    angles = np.asarray(angle(travel))
+    columns = {
+        "shear_angle_deg": np.degrees(angles),
+        "travel_m": travel,
+        "force_n": CubicSpline(travel, work)(travel, 1),
+        "closed_form_force_n": np.asarray(force(angles)),
+    }
+    ends = {name: float(values[-1]) for name, values in columns.items()}
+    ends["force_error"] = ends["force_n"] / ends["closed_form_force_n"] - 1.0
+    return Curve(columns, ends)
+
+
+def coupon_files(curve_of: Callable[[Result], Curve]) -> dict[str, Callable]:
+    """``report`` and ``write`` of a coupon's scene.
+
+    Args:
+        curve_of: makes the curve of a finished run.
+    """
+
+    def report(result: Result) -> dict[str, Any]:
+        return {"coupon": curve_of(result).entries()}
+
+    def write(result: Result, folder: RunFolder) -> None:
+        curve = curve_of(result)
+        folder.write_table(COUPON, curve.columns)
+        folder.write_figure(COUPON_PLOT, curve.figure())
+
+    return {"report": report, "write": write}

@@ -1,0 +1,133 @@
+"""Parameters of a scene: names, types, units and defaults, read off its ``build`` function."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import types
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from warpdrape.errors import InputError
+
+_TRUE = ("true", "yes", "on", "1")
+_FALSE = ("false", "no", "off", "0")
+_WORDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+_ARGUMENT = re.compile(r"(\*{0,2}\w+)(?: \([^)]*\))?:\s*(.*)")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a scene.
+
+    Attributes:
+        name: as given with ``--set``.
+        kind: float, int, bool or str; None for one that text cannot say.
+        default: its value when not given.
+        optional: whether "none" is a value.
+        description: its line in the docstring of ``build``, with the unit.
+    """
+
+    name: str
+    kind: type | None
+    default: Any
+    optional: bool
+    description: str
+
+    def read(self, text: str) -> Any:
+        """Return the value that ``text`` says; raise `InputError` if it is of another type."""
+        if self.kind is None:
+            raise InputError(
+                f"{self.name} cannot be given with --set (its default is {self.default!r}): "
+                "call build() from Python"
+            )
+        if self.optional and text.lower() == "none":
+            return None
+        if self.kind is str:
+            return text
+        value = _number(self.kind, text)
+        if value is None:
+            raise InputError(
+                f"{self.name} = {text!r} must be {_WORDS[self.kind]}, such as "
+                f"{self.name}={shown(self.default)}"
+            )
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{self.name} = {text} must be finite")
+        return value
+
+
+def read_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
+    """Return the parameters of ``build`` by name, in their order.
+
+    Raises:
+        InputError: naming a parameter that is no keyword with a default.
+    """
+    lines = _argument_lines(inspect.getdoc(build) or "")
+    hints = _hints(build)
+    parameters = {}
+    for parameter in inspect.signature(build).parameters.values():
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            continue
+        name, default = parameter.name, parameter.default
+        if default is parameter.empty or parameter.kind is parameter.POSITIONAL_ONLY:
+            raise InputError(
+                f"parameter {name!r} of build() must be a keyword with a default, "
+                f"such as {name}=0.1"
+            )
+        kind, optional = _kind(hints.get(name), default)
+        parameters[name] = Parameter(name, kind, default, optional, lines.get(name, ""))
+    return parameters
+
+
+def _kind(hint: Any, default: Any) -> tuple[type | None, bool]:
+    """Type of a parameter from its annotation, else from its default; and whether None is one."""
+    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    if typing.get_origin(hint) is typing.Union:
+        options = typing.get_args(hint)
+    kinds = [kind for kind in (float, int, bool, str) if kind in options]
+    if not kinds and type(default) in _WORDS:
+        kinds = [type(default)]
+    return (kinds[0] if kinds else None), type(None) in options or default is None
+
+
+def _hints(build: Callable[..., Any]) -> dict[str, Any]:
+    try:
+        return typing.get_type_hints(build)
+    except Exception:  # an annotation that names nothing: the defaults' types must do
+        return {}
+
+
+def _number(kind: type, text: str) -> float | int | bool | None:
+    if kind is bool:
+        word = text.lower()
+        return word in _TRUE if word in (*_TRUE, *_FALSE) else None
+    try:
+        return kind(text)
+    except ValueError:
+        return None
+
+
+def shown(value: Any) -> str:
+    """Return a value as one writes it after ``--set NAME=``."""
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _argument_lines(docstring: str) -> dict[str, str]:
+    """Read the ``Args:`` of a Google docstring: name → text."""
+    _, _, block = docstring.partition("\nArgs:\n")
+    found: dict[str, str] = {}
+    name = ""
+    for line in block.splitlines():
+        if line.strip() and not line.startswith(" "):
+            break
+        match = _ARGUMENT.fullmatch(line.strip())
+        if match and len(line) - len(line.lstrip()) <= 4:
+            name, found[match[1]] = match[1], match[2]
+        elif name and line.strip():
+            found[name] += " " + line.strip()
+    return found

@@ -1,0 +1,1 @@
+"""Cases with known answers; ``warpdrape.verify`` runs them. It sits above the scenes."""
