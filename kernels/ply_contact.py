@@ -95,8 +95,10 @@ def find_ply_contacts(
 ):
     """Find the nearest triangle of another ply; one thread a vertex.
 
-    The borders of a ply are rounded: beyond one the normal points from the edge to the vertex. When
-    the gap would jump to a deeper penetration (facets change, a vertex comes back over a border) the
+    The gap is the distance to the facet less the sag of the curved surface over it, along its own
+    gradient. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down past
+    the mid-surface, so that a vertex that has slid off climbs back onto the right side. When the gap
+    would jump to a deeper penetration (facets change, a vertex comes back over a border) the
     difference is allowed for and fades, so that forces stay continuous.
 
     Args:
@@ -130,20 +132,30 @@ def find_ply_contacts(
     c = triangles[t, 2]
     w = barycentric(x[a], x[b], x[c], x[i])
     offset = x[i] - weighted(w, x[a], x[b], x[c])
-    distance = wp.length(offset)
-    outward = faces.side * weighted(
-        w, wp.normalize(normals[a]), wp.normalize(normals[b]), wp.normalize(normals[c])
+    outward = faces.side * wp.normalize(
+        weighted(w, wp.normalize(normals[a]), wp.normalize(normals[b]), wp.normalize(normals[c]))
     )
-    if wp.dot(offset, outward) < wp.float64(0.0):
-        if is_on_border(w, open_edges[t]):
+    height = wp.dot(offset, outward)
+    aside = offset - height * outward
+    beyond = wp.length(aside)
+    normal = outward
+    rise = wp.float64(0.0)
+    gap = height - faces.thickness
+    if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
+        if height < -wp.float64(0.5) * faces.thickness:
             return
-        distance = -distance
-    sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
-    slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
-    straight = offset / distance
-    normal = wp.normalize(straight - slope)
-    rise = faces.side * sag_height(w, sag) * wp.dot(normal, straight)
-    gap = distance * wp.dot(normal, straight) - rise - faces.thickness
+        if beyond > faces.thickness:
+            normal = wp.normalize(outward + aside / beyond)
+            rise = faces.thickness * (wp.float64(2.0) * wp.dot(normal, outward) - wp.float64(1.0))
+            gap = wp.dot(normal, offset) - rise - faces.thickness
+    else:
+        distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
+        sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
+        slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
+        straight = offset / distance
+        normal = wp.normalize(straight - slope)
+        rise = faces.side * sag_height(w, sag) * wp.dot(normal, straight)
+        gap = distance * wp.dot(normal, straight) - rise - faces.thickness
     if gap > reach:
         return
     contacts[slot].near = 1

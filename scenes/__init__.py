@@ -1,1 +1,4 @@
-"""Runnable scenes; each module has ``build(**parameters) -> Scene``."""
+"""Runnable scenes: each module has ``build(**parameters) -> Scene``, or is shared by some.
+
+``warpdrape run NAME`` and ``python scenes/NAME.py`` are the same.
+"""

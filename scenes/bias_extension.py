@@ -3,6 +3,7 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
+from warpdrape.cli import run_script
 from warpdrape.closed_forms import bias_angle, bias_force, bias_travel, check_shear_angle
 from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, shear_curve, steady_pull
 from warpdrape.errors import positive
@@ -74,3 +75,7 @@ def _clamp(name: str, level: float, motion: Stroke | None = None) -> Clamp:
 
     options = {} if motion is None else {"motion": motion}
     return Clamp(name=name, ply="ply_0", where=at_level, follow=(0.0, 1.0, 0.0), **options)
+
+
+if __name__ == "__main__":
+    run_script(__file__)

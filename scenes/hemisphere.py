@@ -1,6 +1,7 @@
 """One ply formed by a hemispherical punch through a die, under a floating blank holder."""
 
 from warpdrape import Ply, Scene
+from warpdrape.cli import run_script
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
@@ -39,3 +40,7 @@ def build(
         "ply_0", fabric, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
     )
     return hemisphere_tools("hemisphere", [ply], parameters, friction)
+
+
+if __name__ == "__main__":
+    run_script(__file__)

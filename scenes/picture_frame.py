@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
+from warpdrape.cli import run_script
 from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
 from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, shear_curve, steady_pull
 from warpdrape.units import deg
@@ -74,3 +75,7 @@ def build(
         parameters=parameters,
         **coupon_files(curve),
     )
+
+
+if __name__ == "__main__":
+    run_script(__file__)

@@ -1,4 +1,4 @@
-"""The reference press: a hemisphere of 75 mm through a die ring of 78 mm, under a ring held by a force.
+"""The reference press: a 75 mm hemisphere through a 78 mm die ring, under a ring held by a force.
 
 The paper's Figure 4 prints no dimensions; these are this project's own.
 """

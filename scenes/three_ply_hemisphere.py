@@ -1,11 +1,18 @@
 """Three plies at +45/0/+45 formed at once by a hemispherical punch (paper, Figure 5)."""
 
-from warpdrape import Ply, Scene
+from dataclasses import replace
+from typing import Any
+
+from warpdrape import Ply, Result, Scene
+from warpdrape.cli import run_script
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
 ANGLES_DEG = (45.0, 0.0, 45.0)
 """Warp angles from the die up: the paper's ±45°, 0-90°, ±45° [deg]."""
+
+PAPER_MAX_SHEAR_DEG = 46.0
+"""Largest shear angle of the central ply in the paper [deg]."""
 
 
 def build(
@@ -47,4 +54,16 @@ def build(
         )
         for k, angle in enumerate(ANGLES_DEG)
     ]
-    return hemisphere_tools("three_ply_hemisphere", plies, parameters, friction, ply_friction)
+    scene = hemisphere_tools("three_ply_hemisphere", plies, parameters, friction, ply_friction)
+    return replace(scene, report=report_central_ply)
+
+
+def report_central_ply(result: Result) -> dict[str, Any]:
+    """Put the central ply's largest shear angle beside the paper's."""
+    ply = result.plies[len(result.plies) // 2]
+    angles = {"max_shear_deg": ply.max_shear_deg, "paper_max_shear_deg": PAPER_MAX_SHEAR_DEG}
+    return {"central_ply": {"name": ply.name, **angles}}
+
+
+if __name__ == "__main__":
+    run_script(__file__)

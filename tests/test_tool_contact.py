@@ -110,26 +110,47 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
     assert state.tool_deepest.numpy()[0] == pytest.approx(deepest, rel=1e-9)
 
 
-@pytest.mark.parametrize("facet", [3e-3, 7.8e-3])
-def test_points_not_asked_anew_are_never_missed(facet, device):
-    # The walk is a few times the search radius, in steps shorter than the slide between searches.
-    tool = Tool.sphere(radius=RADIUS, facet=facet)
-    model, state = searcher([tool], device, cells=20)
-    slide = model.scene.numerics.search_slide
+def test_points_not_asked_anew_are_never_missed(device):
+    # They wander in from beyond the search radius, half a slide between two searches.
+    model, state = searcher([Tool.sphere(radius=RADIUS)], device, cells=20)
+    slide, edge = model.scene.numerics.search_slide, model.search.radius
     rng = np.random.default_rng(4)
-    x, _, out = near_sphere(len(model.masses.mass), rng, 1e-3, 6e-3)
-    drift = -rng.uniform(0.2, 1.0, len(x))[:, None] * out
+    x, _, out = near_sphere(len(model.masses.mass), rng, edge - 1e-3, edge + 1e-3)
+    drift = -rng.uniform(0.5, 1.0, len(x))[:, None] * out
     asked = 0
-    for _ in range(150):
-        x = x + 0.5 * slide * (drift + rng.uniform(-0.5, 0.5, x.shape))
+    for _ in range(120):
+        x = x + 0.5 * slide * (drift + rng.uniform(-0.1, 0.1, x.shape))
         before = state.asked_at.numpy().copy()
         state.x.assign(x)
         search_contacts(model, state)
         asked += (state.asked_at.numpy() != before).any(axis=2).sum()
         distance = np.linalg.norm(x + (0.0, 0.0, RADIUS), axis=1) - RADIUS
-        assert found(state)[0][distance < HALF + slide].all()
-    assert (distance < HALF + slide).mean() > 0.1
-    assert asked < 0.7 * 150 * len(x)
+        touching = np.abs(distance) < HALF + slide
+        assert found(state)[0][touching].all()
+    assert touching.mean() > 0.1
+    assert asked < 0.7 * 120 * len(x)
+
+
+COARSE = pytest.mark.xfail(strict=True, reason="clearance of an empty query forgets the facets' sag")
+
+
+@pytest.mark.parametrize("facet", [3e-3, pytest.param(7.8e-3, marks=COARSE)])
+def test_facets_that_lie_deep_inside_the_surface_hide_no_contact(facet, device):
+    # Straight down on the facets' middles, from where a query just finds nothing.
+    model, state = searcher([Tool.sphere(radius=RADIUS, facet=facet)], device, cells=20)
+    slide = model.scene.numerics.search_slide
+    middles = model.scene.tools[0].surface.mesh.triangles_center + (0.0, 0.0, RADIUS)
+    height = np.linalg.norm(middles, axis=1)
+    lowest = np.argsort(height)[: len(model.masses.mass)]
+    out = middles[lowest] / height[lowest][:, None]
+    start = height[lowest] - RADIUS + model.search.radius + 1e-6
+    for step in range(60):
+        distance = start - step * slide
+        state.x.assign((RADIUS + distance)[:, None] * out - (0.0, 0.0, RADIUS))
+        search_contacts(model, state)
+        touching = np.abs(distance) < HALF + slide
+        assert found(state)[0][touching].all()
+    assert touching.all()
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1])

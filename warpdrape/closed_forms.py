@@ -132,6 +132,18 @@ def crimp_tensions(law: CrimpInterchange, warp_strain: float, weft_strain: float
     return pulls(share)[1]
 
 
+def yarn_tensions(fabric: Fabric, strains: np.ndarray) -> np.ndarray:
+    """Tensions (T1, T2) [N per yarn] of a fabric at (warp, weft) strains, shapes [n, 2].
+
+    Crimp interchange by `crimp_tensions`; another law as it stands on the fabric's card.
+    """
+    if isinstance(fabric.tension, CrimpInterchange):
+        return np.array([crimp_tensions(fabric.tension, *strain) for strain in strains])
+    from warpdrape.law_curves import sample_tensions
+
+    return sample_tensions(fabric, np.asarray(strains, dtype=float))[0] * fabric.yarn_width
+
+
 def net_shear_on_sphere(z: np.ndarray) -> np.ndarray:
     """Shear angle γ [rad] of an inextensible net on a sphere whose generators are great circles.
 

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warpdrape.closed_forms import yarn_tensions
 from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.fabric import Fabric
 from warpdrape.flat_mesh import FlatMesh
 from warpdrape.meshing import mesh_outline
 from warpdrape.motion import Stroke
@@ -142,8 +144,42 @@ def shear_curve(
         "closed_form_force_n": np.asarray(force(angles)),
     }
     ends = {name: float(values[-1]) for name, values in columns.items()}
-    ends["force_error"] = ends["force_n"] / ends["closed_form_force_n"] - 1.0
-    return Curve(columns, ends)
+    return Curve(columns, {**ends, **_force_errors(ends)})
+
+
+def stretch_curve(
+    result: Result, fabric: Fabric, side: float, strains: Callable[[np.ndarray], np.ndarray]
+) -> Curve:
+    """Forces over warp strain of a biaxial test: those on the right side and on the upper one.
+
+    A frame's mean force belongs to its middle; the last frame is at rest.
+
+    Args:
+        result: the finished run; its clamps "right" and "upper" share their "corner".
+        fabric: of the sample.
+        side: of the sample [m].
+        strains: times [s], shape [n], to (warp, weft) strains, shape [n, 2].
+    """
+    history = result.history
+    middle = 0.5 * (history["time_s"][1:] + history["time_s"][:-1])
+    warp_strain, weft_strain = strains(middle).T
+    columns = {"warp_strain": warp_strain, "weft_strain": weft_strain}
+    exact = yarn_tensions(fabric, strains(middle)) * side / np.array(fabric.yarn_width)
+    for family, (name, clamp, axis) in enumerate((("warp", "right", "x"), ("weft", "upper", "y"))):
+        on_side = history[f"{clamp}_force_{axis}_n"] + history[f"corner_force_{axis}_n"]
+        columns[f"{name}_force_n"] = on_side[1:]
+        columns[f"closed_form_{name}_force_n"] = exact[:, family]
+    ends = {name: float(values[-1]) for name, values in columns.items()}
+    return Curve(columns, {**ends, **_force_errors(ends)})
+
+
+def _force_errors(ends: Mapping[str, float]) -> dict[str, float]:
+    """Relative error of every force at the end that is not zero in closed form."""
+    pairs = {n: ends.get(f"closed_form_{n}", 0.0) for n in ends}
+    return {
+        f"{n.removesuffix('_n')}_error": ends[n] / exact - 1.0
+        for n, exact in pairs.items() if exact != 0.0
+    }
 
 
 def coupon_files(curve_of: Callable[[Result], Curve]) -> dict[str, Callable]:

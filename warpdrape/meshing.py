@@ -13,6 +13,8 @@ from warpdrape.outlines import Outline, Points, Rectangle
 from warpdrape.trimming import fill, gaps, trim
 
 PATTERNS = ("aligned", "crossed", "diagonal", "grid", "random")
+MOST_TRIANGLES = 2e7
+"""Triangles beyond which a mesh size is a slip of the pen, and memory runs out."""
 CLEARANCE = 0.55
 """Least distance of an inner vertex from the outline, over the edge length: low enough to leave
 most of the pattern, high enough that the triangles of the rim are well shaped."""
@@ -58,6 +60,12 @@ def mesh_outline(
     """
     one_of("mesh pattern", pattern, PATTERNS)
     edge = _edge_length(outline, edge, cells)
+    count = 4.0 * outline.area / edge**2
+    if count > MOST_TRIANGLES:
+        raise InputError(
+            f"an edge of {edge:.4g} m makes {count:.2g} triangles, more than "
+            f"{MOST_TRIANGLES:.0e}: take fewer cells, or a longer edge"
+        )
     angle = finite("warp_angle", warp_angle, unit="rad") if pattern == "aligned" else 0.0
     if pattern == "random":
         return _random_mesh(outline, edge, seed)

@@ -12,7 +12,10 @@ from warpdrape.errors import InputError, finite, positive
 
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
     """Return three finite floats; raise `InputError` otherwise."""
-    array = np.asarray(value, dtype=float)
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
     if array.shape != (3,) or not np.isfinite(array).all():
         raise InputError(f"{name} = {value!r} must be three finite numbers")
     return array

@@ -37,7 +37,9 @@ class Ply:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"ply name = {self.name!r} must be a plain identifier, such as 'ply_0'")
+            raise InputError(
+                f"ply name = {self.name!r} must be a plain identifier, such as 'ply_0'"
+            )
         if not isinstance(self.fabric, Fabric):
             object.__setattr__(self, "fabric", load_fabric(self.fabric))
         if not isinstance(self.mesh, FlatMesh):
@@ -46,7 +48,8 @@ class Ply:
         finite(f"ply {self.name!r}: z", self.z, unit="m")
         if abs(self.warp_angle) > 2 * math.pi:
             raise InputError(
-                f"ply {self.name!r}: warp_angle = {self.warp_angle} rad: give radians, 45 * deg"
+                f"ply {self.name!r}: warp_angle = {self.warp_angle:.4g} rad must lie in ±360°: "
+                "give radians, as in 45 * deg"
             )
 
     @property
@@ -65,9 +68,10 @@ class Ply:
         return np.column_stack([flat, np.full(len(flat), self.z)])
 
     @classmethod
-    def rectangle(cls, name: str, fabric: Fabric | str, width: float, height: float | None = None, *,
-                  cells: int | None = None, edge: float | None = None, mesh: str = "aligned",
-                  warp_angle: float = 0.0, z: float = 0.0) -> Ply:
+    def rectangle(cls, name: str, fabric: Fabric | str, width: float,
+                  height: float | None = None, *, cells: int | None = None,
+                  edge: float | None = None, mesh: str = "aligned", warp_angle: float = 0.0,
+                  z: float = 0.0) -> Ply:
         """Make a rectangular blank centred at the origin.
 
         Args:

@@ -18,6 +18,9 @@ from warpdrape.errors import InputError, positive
 FACET_ANGLE = math.radians(6.0)
 """Largest turn of an arc per facet [rad]."""
 
+MOST_FACETS = 1e7
+"""Facets of a tool beyond which a facet size is a slip of the pen, and memory runs out."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -95,6 +98,7 @@ def revolve(pieces: list[Piece], facet: float) -> Surface:
     if ends[..., 0].min() < -1e-12:
         raise InputError("a revolved profile must not cross the axis (r < 0)")
     turns = max(2 * math.pi / FACET_ANGLE, 2 * math.pi * radius / facet)
+    _refuse_too_many(len(ends) * turns, facet)
     angle = np.linspace(0.0, 2 * math.pi, 4 * math.ceil(turns / 4) + 1)
     angle[-1] = 0.0  # closes on the very same points
 
@@ -114,6 +118,7 @@ def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:
     positive("length", length, unit="m")
     ends, normals = _sample(pieces, facet)
     count = max(1, math.ceil(length / facet)) + 1
+    _refuse_too_many(len(ends) * count, facet)
     along = np.linspace(-0.5 * length, 0.5 * length, count)
 
     def pull(rz: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -121,6 +126,15 @@ def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:
         return np.stack([x + 0 * y, 0 * x + y, z + 0 * y], -1)
 
     return _surface(pull(ends, along), pull(normals, 0 * along))
+
+
+def _refuse_too_many(quads: float, facet: float) -> None:
+    """Raise `InputError` where a facet size would fill the memory."""
+    if 2.0 * quads > MOST_FACETS:
+        raise InputError(
+            f"facet = {facet:.4g} m makes {2.0 * quads:.2g} facets, more than {MOST_FACETS:.0e}: "
+            "take a larger one"
+        )
 
 
 def _sample(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
@@ -138,7 +152,7 @@ def _sample(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _surface(points: np.ndarray, normals: np.ndarray) -> Surface:
-    """Facets between neighbouring positions of each profile facet, shape [facet, 2, position, 3]."""
+    """Facets between neighbouring positions of profile facets, [facet, 2, position, 3]."""
 
     def triangles(a: np.ndarray) -> np.ndarray:
         low, high = a[:, 0], a[:, 1]

@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     from warpdrape.result import Result
     from warpdrape.run_folder import RunFolder
 
+LARGEST_PLY = 50.0
+"""Width beyond which a ply must have been given in millimetres [m]."""
+LONGEST_WAY = 20.0
+"""Way of a tool over the plies' width beyond which it must have been [-]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Clamp:
@@ -52,11 +57,17 @@ class Clamp:
     def vertices(self, points: np.ndarray) -> np.ndarray:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""
         chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
+        if chosen.dtype == bool and chosen.shape != (len(points),):
+            raise InputError(f"clamp {self.name!r}: its mask has shape {chosen.shape}, not "
+                             f"({len(points)},), one for each vertex of ply {self.ply!r}")
         index = np.flatnonzero(chosen) if chosen.dtype == bool else chosen.astype(int)
         if index.size == 0:
             raise InputError(f"clamp {self.name!r} holds no vertex of ply {self.ply!r}")
         if index.min() < 0 or index.max() >= len(points):
-            raise InputError(f"clamp {self.name!r}: vertex {index.max()} of {len(points)} is no vertex")
+            odd = index[(index < 0) | (index >= len(points))][0]
+            raise InputError(
+                f"clamp {self.name!r}: ply {self.ply!r} has no vertex {odd}, only 0..{len(points) - 1}"
+            )
         return index
 
 
@@ -140,28 +151,31 @@ class Scene:
     write: Callable[[Result, RunFolder], None] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "plies", tuple(self.plies))
-        object.__setattr__(self, "tools", tuple(self.tools))
-        object.__setattr__(self, "clamps", tuple(self.clamps))
+        for name, kind in (("plies", Ply), ("tools", Tool), ("clamps", Clamp)):
+            object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
         if not self.plies:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
         positive("friction", self.friction, zero=True)
         positive("ply_friction", self.ply_friction, zero=True)
         vector("gravity", self.gravity)
-        for kind, things in (("ply", self.plies), ("tool", self.tools), ("clamp", self.clamps)):
+        if not isinstance(self.numerics, Numerics):
+            raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
+        for kind, things in (("ply", self.plies), ("tool or clamp", self.tools + self.clamps)):
             names = [thing.name for thing in things]
             for name in names:
                 if names.count(name) > 1:
                     raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
+        _refuse_millimetres(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
             if high.z - low.z < need * (1.0 - 1e-9):
                 raise InputError(
-                    f"plies {low.name!r} and {high.name!r} overlap at the start: {high.z - low.z:.4g} m "
-                    f"apart, {need:.4g} m needed; lay them up with warpdrape.lay_up"
+                    f"plies {low.name!r} and {high.name!r} overlap at the start: "
+                    f"{high.z - low.z:.4g} m apart, {need:.4g} m needed; lay them up with "
+                    "warpdrape.lay_up"
                 )
 
     def run(self, out: str | os.PathLike | None = None, *, device: str = "cpu", frames: int = 60,
@@ -186,3 +200,30 @@ class Scene:
         return run_scene(self, out, device=device, frames=frames, overwrite=overwrite, quiet=quiet)
 
 
+def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:
+    """Return a sequence as a tuple; raise `InputError` where an entry is of another type."""
+    if not isinstance(things, Sequence) or isinstance(things, str):
+        raise InputError(f"{name} = {things!r} must be a list of {kind.__name__}")
+    for number, thing in enumerate(things):
+        if not isinstance(thing, kind):
+            raise InputError(f"{name}[{number}] = {thing!r} is not a {kind.__name__}")
+    return tuple(things)
+
+
+def _refuse_millimetres(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
+    """Raise `InputError` for a ply or a way of a tool so long that it must be in millimetres."""
+    sizes = [float(np.ptp(np.asarray(ply.mesh.vertices), axis=0).max()) for ply in plies]
+    for ply, size in zip(plies, sizes, strict=True):
+        if size > LARGEST_PLY:
+            raise InputError(f"ply {ply.name!r} is {size:.4g} m across, more than "
+                             f"{LARGEST_PLY:g} m: give metres, as in 300 * mm")
+    for tool in tools:
+        if isinstance(tool.motion, Stroke | Path):
+            motion = tool.motion
+            ways = motion.travel if isinstance(motion, Stroke) else motion.positions
+            way = float(np.linalg.norm(np.atleast_2d(ways), axis=1).max())
+            if way > LONGEST_WAY * max(sizes):
+                raise InputError(
+                    f"tool {tool.name!r} travels {way:.4g} m, more than {LONGEST_WAY:g} times the "
+                    f"plies' {max(sizes):.4g} m: give metres, as in 75 * mm"
+                )

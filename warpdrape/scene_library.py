@@ -175,6 +175,10 @@ def _script_faults(path: Path, what: str) -> Iterator[None]:
         yield
     except (InputError, KeyboardInterrupt):
         raise
+    except MemoryError as error:
+        raise InputError(
+            f"scene script {path}: {what} ran out of memory: take fewer cells or larger facets"
+        ) from error
     except SyntaxError as error:
         where = f"scene script {error.filename}, line {error.lineno}"
         raise InputError(f"{where}: {error.msg}") from error

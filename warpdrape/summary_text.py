@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from warpdrape.run_folder import HISTORY, RUN, SCENE, SUMMARY
 
+WIDTH = 96
+"""Columns after which a line is folded."""
 _UNITS = {
     "_deg": (1.0, "°", ".1f"),
     "_mm": (1.0, " mm", ".4g"),
@@ -37,7 +40,8 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     entries = {name: summary[name] for name in summary["reported"]}
     if entries:
         parts.append("\n".join(_entries(entries)))
-    parts += [f"warning: {warning}" for warning in summary["warnings"]]
+    if summary["warnings"]:
+        parts.append("\n".join(f"warning: {warning}" for warning in summary["warnings"]))
     if folder is not None:
         parts.append(_files(folder))
     return "\n\n".join(parts)
@@ -66,7 +70,7 @@ def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
             f"{ply['mean_abs_shear_deg']:.1f}°",
             f"{100 * ply['max_strain_warp']:.2f} %",
             f"{100 * ply['max_strain_weft']:.2f} %",
-            *(f"{1e3 * drawn[k]:.1f} mm" if k in drawn else "-" for k in ("warp", "weft", "bias")),
+            *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
         ))
     return _table(rows)
 
@@ -99,7 +103,7 @@ def _quality(summary: Mapping[str, Any]) -> str:
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     parts = [
         f"energy error {100 * summary['energy_error']:.2f} %",
-        f"kinetic/internal energy {100 * summary['kinetic_ratio']:.2g} % at the end: {calm}",
+        f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}",
         f"deepest penetration {1e3 * summary['max_penetration_m']:.3f} mm",
     ]
     if summary["added_mass_kg"] > 0.0:
@@ -108,25 +112,28 @@ def _quality(summary: Mapping[str, Any]) -> str:
     return "; ".join(parts)
 
 
-def _entries(entries: Mapping[str, Any], indent: str = "") -> list[str]:
-    """Return what a scene reports about itself, a line each; the unit is in the name's ending."""
+def _entries(entries: Mapping[str, Any]) -> list[str]:
+    """Return what a scene reports about itself, a line each."""
     lines = []
     for name, value in entries.items():
         if isinstance(value, Mapping):
-            lines += [f"{indent}{_words(name)}", *_entries(value, indent + "  ")]
-            continue
-        ending = max((e for e in _UNITS if name.endswith(e)), key=len, default="")
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if ending and number:
-            factor, unit, form = _UNITS[ending]
-            words = _words(name.removesuffix(ending))
-            lines.append(f"{indent}{words}: {factor * value:{form}}{unit}")
-        elif isinstance(value, list | tuple) and len(value) > 6:
-            lines.append(f"{indent}{_words(name)}: {len(value)} values, in {SUMMARY}")
+            inside = ", ".join(" ".join(_entry(*item)) for item in value.items())
+            words, text = _words(name), inside
         else:
-            shown = f"{value:.4g}" if isinstance(value, float) else value
-            lines.append(f"{indent}{_words(name)}: {shown}")
+            words, text = _entry(name, value)
+        lines.append(textwrap.fill(f"{words}: {text}", WIDTH, subsequent_indent="  "))
     return lines
+
+
+def _entry(name: str, value: Any) -> tuple[str, str]:
+    """Return the words for a name and its value; the unit is in the name's ending."""
+    ending = max((e for e in _UNITS if name.endswith(e)), key=len, default="")
+    if ending and isinstance(value, int | float) and not isinstance(value, bool):
+        factor, unit, form = _UNITS[ending]
+        return _words(name.removesuffix(ending)), f"{factor * value:{form}}{unit}"
+    if isinstance(value, Mapping | list) and len(value) > 6:
+        return _words(name), f"{len(value)} values, in {SUMMARY}"
+    return _words(name), f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _files(folder: Path) -> str:
@@ -136,6 +143,14 @@ def _files(folder: Path) -> str:
         f"  {HISTORY:13} forces, shear and energies over time",
         f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
     ])
+
+
+def _millimetres(length: float | None) -> str:
+    return "-" if length is None else f"{round(1e3 * length, 1) + 0.0:.1f} mm"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 1.0 else "above 100 %"
 
 
 def _words(name: str) -> str:
