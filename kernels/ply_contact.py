@@ -21,7 +21,7 @@ class PlyContact:
     near: wp.int32  # 1 if the vertex may touch before the next search
     weights: wp.vec3d  # of a, b, c at the nearest point
     normal: wp.vec3d  # towards the vertex's side
-    rise: wp.float64  # of the curved surface over the facet, along the normal [m]
+    rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
 
 
@@ -92,6 +92,7 @@ def find_ply_contacts(
     normals: wp.array(dtype=wp.vec3d),
     contacts: wp.array(dtype=PlyContact),
     deepest: wp.array(dtype=wp.float64),
+    largest_jump: wp.array(dtype=wp.float64),
 ):
     """Find the nearest triangle of another ply; one thread a vertex.
 
@@ -114,7 +115,8 @@ def find_ply_contacts(
         x: positions [m], shape [vertex].
         normals: vertex normals, any length, shape [vertex].
         contacts: shape [slot]; overwritten.
-        deepest: largest penetration seen so far [m], shape [pair]; raised.
+        deepest: largest penetration so far [m], less what is allowed, shape [pair]; raised.
+        largest_jump: largest penetration allowed so far [m], shape [pair]; raised.
     """
     thread = wp.tid()
     i = first_vertex + thread
@@ -138,24 +140,22 @@ def find_ply_contacts(
     height = wp.dot(offset, outward)
     aside = offset - height * outward
     beyond = wp.length(aside)
+    sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
+    over = faces.side * sag_height(w, sag) + faces.thickness
     normal = outward
-    rise = wp.float64(0.0)
-    gap = height - faces.thickness
+    gap = height - over
     if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
         if height < -wp.float64(0.5) * faces.thickness:
             return
         if beyond > faces.thickness:
             normal = wp.normalize(outward + aside / beyond)
-            rise = faces.thickness * (wp.float64(2.0) * wp.dot(normal, outward) - wp.float64(1.0))
-            gap = wp.dot(normal, offset) - rise - faces.thickness
+            gap = (height + beyond - over - faces.thickness) * wp.dot(normal, outward)
     else:
         distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
-        sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
         slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
-        straight = offset / distance
-        normal = wp.normalize(straight - slope)
-        rise = faces.side * sag_height(w, sag) * wp.dot(normal, straight)
-        gap = distance * wp.dot(normal, straight) - rise - faces.thickness
+        normal = wp.normalize(offset / distance - slope)
+        gap = distance - over
+    rise = wp.dot(normal, offset) - gap - faces.thickness
     if gap > reach:
         return
     contacts[slot].near = 1
@@ -165,9 +165,10 @@ def find_ply_contacts(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     contacts[slot].rise = rise
-    contacts[slot].allowance = keep * wp.max(before - gap, wp.float64(0.0))
-    if gap < wp.float64(0.0):
-        wp.atomic_max(deepest, pair, -gap)
+    allowance = keep * wp.max(before - gap, wp.float64(0.0))
+    contacts[slot].allowance = allowance
+    wp.atomic_max(deepest, pair, -gap - allowance)
+    wp.atomic_max(largest_jump, pair, allowance)
 
 
 @wp.kernel(enable_backward=False)

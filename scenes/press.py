@@ -15,6 +15,8 @@ DIE_EDGE = 10 * mm
 HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 0.5 * kg
+HOLD = 0.1
+"""Time for which the punch stands at the end, as a share of the stroke [-]."""
 FORCE_RAMP = 0.05
 """Share of the stroke in which the holder's force rises [-]."""
 
@@ -48,7 +50,7 @@ def hemisphere_tools(
         name=name,
         plies=plies,
         tools=[punch.moved((0.0, 0.0, top)), die, holder.moved((0.0, 0.0, top))],
-        duration=duration,
+        duration=(1.0 + HOLD) * duration,
         friction=friction,
         ply_friction=ply_friction,
         numerics=Numerics(contact_share=parameters["contact_share"]),

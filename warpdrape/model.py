@@ -143,6 +143,7 @@ class State:
     ply_stored: wp.array
     ply_slip: wp.array
     ply_deepest: wp.array
+    ply_jump: wp.array
     clamp_work: wp.array
     clamp_force: wp.array
     tool_path: wp.array
@@ -359,6 +360,7 @@ def initial_state(model: Model) -> State:
         ply_stored=zeros(slots, real),
         ply_slip=zeros(slots, real),
         ply_deepest=zeros(len(model.ply_pairs), real),
+        ply_jump=zeros(len(model.ply_pairs), real),
         clamp_work=zeros(n, real),
         clamp_force=zeros(clamps, vec),
         tool_path=zeros((tools, table), vec),

@@ -52,7 +52,7 @@ def search_contacts(model: Model, state: State) -> None:
             searching.vertex_count,
             inputs=[pair.faces, number, searching.first_vertex, pair.first_slot, reach, radius, keep,
                     model.triangles, model.open_edges, state.x, state.normals],
-            outputs=[state.ply_contacts, state.ply_deepest],
+            outputs=[state.ply_contacts, state.ply_deepest, state.ply_jump],
             device=device,
         )
 
