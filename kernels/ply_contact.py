@@ -8,7 +8,7 @@ the triangle, weights and normal it found. A contact is a vertex of one ply and 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import barycentric, sag_height, sag_slope, sags, to_single, weighted
+from .surface import barycentric, is_on_border, sag_height, sag_slope, sags, to_single, weighted
 
 
 @wp.struct
@@ -57,15 +57,6 @@ def add_vertex_normals(
     wp.atomic_add(normals, a, n)
     wp.atomic_add(normals, b, n)
     wp.atomic_add(normals, c, n)
-
-
-@wp.func
-def is_on_border(weights: wp.vec3d, open_edges: wp.int32) -> bool:
-    """Whether a nearest point lies on an open edge: bit e of ``open_edges``, opposite corner e."""
-    for corner in range(3):
-        if weights[corner] <= wp.float64(0.0) and (open_edges >> corner) & 1 == 1:
-            return True
-    return False
 
 
 @wp.func

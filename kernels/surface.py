@@ -57,15 +57,22 @@ def barycentric(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, x: wp.vec3d) -> wp.vec3d:
 
 
 @wp.func
+def is_on_border(weights: wp.vec3d, open_edges: wp.int32) -> bool:
+    """Whether a nearest point lies on an open edge: bit e of ``open_edges``, opposite corner e."""
+    for corner in range(3):
+        if weights[corner] <= wp.float64(0.0) and (open_edges >> corner) & 1 == 1:
+            return True
+    return False
+
+
+@wp.func
 def weighted(w: wp.vec3d, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.vec3d:
     """Interpolate corner values."""
     return w[0] * a + w[1] * b + w[2] * c
 
 
 @wp.func
-def projected(
-    w: wp.vec3d, r: wp.mat33d, normals: wp.mat33d
-) -> wp.vec3d:
+def projected(w: wp.vec3d, r: wp.mat33d, normals: wp.mat33d) -> wp.vec3d:
     """Σ w_i (r_i·n_i) n_i, rows r_i and n_i."""
     total = wp.vec3d()
     for i in range(3):

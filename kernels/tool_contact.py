@@ -8,7 +8,15 @@ All positions kept here are in the tool's own frame.
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import CURVED, barycentric, bulge, curved_normal, to_single, weighted
+from .surface import (
+    CURVED,
+    barycentric,
+    bulge,
+    curved_normal,
+    is_on_border,
+    to_single,
+    weighted,
+)
 
 
 @wp.struct
@@ -36,6 +44,7 @@ class ToolSurfaces:
     first_facet: wp.array(dtype=wp.int32)  # shape [tool]
     corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
+    open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
 
@@ -100,6 +109,11 @@ def find_tool_contacts(
     contacts[tool, i].near = wp.where(clearance[tool, i] <= near, 1, 0)
     contacts[tool, i].point = point
     contacts[tool, i].normal = normal
+    if is_on_border(w, surfaces.open_edges[facet]):
+        aside = at - point - wp.dot(normal, at - point) * normal
+        if wp.length(aside) > offset[i]:  # past the end of an open surface
+            contacts[tool, i].near = 0
+            return
     gap = wp.dot(normal, at - point) - offset[i]
     if gap < wp.float64(0.0):
         wp.atomic_max(deepest, tool, -gap)

@@ -145,7 +145,7 @@ def _run(arguments: argparse.Namespace) -> int:
     check_device(arguments.device)
     scene = script.make(arguments.settings)
     if not arguments.quiet and not kernels_are_compiled():
-        print("Compiling kernels: once per machine, about a minute.", file=sys.stderr)
+        print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
     result = scene.run(
         folder, device=arguments.device, frames=frames, overwrite=arguments.overwrite,
         quiet=arguments.quiet,

@@ -259,6 +259,8 @@ def _tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], Tool
     surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
     surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
     surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
+    open_edges = [open_edge_bits(tool.triangles) for tool in scene.tools] or [np.zeros(0)]
+    surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)

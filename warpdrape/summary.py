@@ -21,6 +21,8 @@ ENERGY_WARNING = 0.02
 """Unbalanced share of the largest energy above which a run warns [-]."""
 ENERGY_FAILURE = 0.10
 """… and above which it fails [-]."""
+PENETRATION_WARNING = 0.5
+"""Penetration over the thinnest ply's thickness above which a run warns [-]."""
 QUASI_STATIC_END = 0.05
 """Kinetic over internal energy at the end that still counts as quasi-static [-]."""
 QUASI_STATIC_MEAN = 0.10
@@ -179,6 +181,11 @@ def summarise(
     if not calm and not failure:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     penetration = np.concatenate([contacts.tool_deepest, contacts.ply_deepest, [0.0]])
+    if penetration.max() > PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies):
+        warnings.append(
+            f"things pressed {1e3 * penetration.max():.3g} mm into each other and may have passed: "
+            "lower the forces or the speed, refine the plies, or raise contact_share"
+        )
     added = float(model.masses.added.sum())
     return {
         "status": "failed" if failure else "completed",

@@ -1,0 +1,108 @@
+"""A square sheet drapes over a round table under its own weight (paper, Figure 3)."""
+
+import numpy as np
+
+from warpdrape import Fabric, Numerics, Ply, Scene, Tool, lay_up
+from warpdrape.errors import one_of
+from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
+from warpdrape.result import FormedPly, Result
+from warpdrape.units import mm
+
+CELL = 1 * mm
+LINE_STIFFNESS = 20000.0
+"""Of the yarns, and of the isotropic sheet [N/m]: the weight strains it by less than 0.1 %."""
+SHEAR_STIFFNESS = 20.0
+"""Initial shear stiffness dC/dγ per area [N/m]: a hundredth of the yarns', 20 times the weight."""
+CASES = ("fabric", "no_shear", "isotropic")
+
+
+def sheet(case: str) -> Fabric:
+    """The sheet of a case; a light cloth, its values chosen for this demonstration."""
+    yarn = LINE_STIFFNESS * CELL
+    shear = ShearPolynomial((SHEAR_STIFFNESS * CELL**2,))
+    tension = IsotropicMembrane(LINE_STIFFNESS, 0.3) if case == "isotropic" else LinearTension(yarn, yarn)
+    return Fabric(
+        name=f"table_{case}",
+        areal_density=0.2,
+        thickness=0.4 * mm,
+        cell_warp=CELL,
+        cell_weft=CELL,
+        tension=tension,
+        shear=shear if case == "fabric" else NoShear(),
+    )
+
+
+def build(
+    *,
+    case: str = "fabric",
+    cells: int = 100,
+    sheet_size: float = 0.5,
+    table_radius: float = 0.15,
+    duration: float = 1.5,
+    damping: float = 6.0,
+    friction: float = 0.3,
+) -> Scene:
+    """Build the sheet on the table.
+
+    Args:
+        case: "fabric", "no_shear" or "isotropic": Figure 3 a, b, c.
+        cells: squares of two triangles along a side.
+        sheet_size: side of the sheet [m].
+        table_radius: radius of the table [m].
+        duration: simulated time [s].
+        damping: mass-proportional damping rate [1/s].
+        friction: Coulomb coefficient of sheet on table [-].
+    """
+    parameters = dict(locals())
+    one_of("case", case, CASES)
+    (ply,) = lay_up([Ply.rectangle("sheet", sheet(case), sheet_size, cells=cells, mesh="diagonal")])
+    return Scene(
+        name="circular_table",
+        plies=[ply],
+        tools=[Tool.table(radius=table_radius, edge_radius=10 * mm, depth=sheet_size)],
+        duration=duration,
+        friction=friction,
+        numerics=Numerics(damping=damping, search_slide=0.3 * mm),
+        parameters=parameters,
+        report=lambda result: {"table": drape_measures(result, table_radius)},
+    )
+
+
+def drape_measures(result: Result, table_radius: float) -> dict[str, float]:
+    """Corner drop, shear in the corners, and how much the overhang wrinkles.
+
+    Returns:
+        ``corner_drop_m`` and ``side_drop_m``: how far the corners, the middles of the sides hang down;
+        ``corner_shear_deg``: mean shear angle of the triangles nearest to the corners;
+        ``wrinkle_angle_deg``: root mean square angle between neighbouring triangles of the overhang.
+    """
+    ply = result.plies[0]
+    flat = ply.rest_points[:, :2]
+    size = np.abs(flat).max()
+    corners = np.abs(flat).min(axis=1) > 0.999 * size
+    sides = (np.abs(flat).max(axis=1) > 0.999 * size) & (np.abs(flat).min(axis=1) < 0.03 * size)
+    drop = ply.rest_points[:, 2] - ply.points[:, 2]
+    center = np.abs(flat[ply.triangles].mean(axis=1)).min(axis=1)
+    near_corner = center > 0.9 * size
+    outside = np.linalg.norm(flat[ply.triangles].mean(axis=1), axis=1) > table_radius
+    return {
+        "corner_drop_m": float(drop[corners].mean()),
+        "side_drop_m": float(drop[sides].mean()),
+        "corner_shear_deg": float(np.abs(ply.shear_angle_deg[near_corner]).mean()),
+        "wrinkle_angle_deg": wrinkle_angle(ply, outside),
+    }
+
+
+def wrinkle_angle(ply: FormedPly, chosen: np.ndarray) -> float:
+    """Root mean square angle [deg] between neighbouring triangles of a part of a ply."""
+    a, b, c = (ply.points[ply.triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    edges = np.sort(ply.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(ply.triangles)), 3)
+    order = np.lexsort(edges.T)
+    same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
+    left, right = owner[order][1:][same], owner[order][:-1][same]
+    both = chosen[left] & chosen[right]
+    cosine = np.clip((normals[left[both]] * normals[right[both]]).sum(axis=1), -1.0, 1.0)
+    return float(np.degrees(np.sqrt(np.mean(np.arccos(cosine) ** 2))))
