@@ -12,7 +12,14 @@ plain element. Forces are −∂W/∂x.
 import warp as wp
 
 from .isotropic import IsotropicMembrane, membrane_energy, membrane_strain, membrane_stress
-from .yarns import shear_angle, shear_gradient, warp_vector, weft_vector, yarn_strain
+from .yarns import (
+    angle_from_cosine,
+    guarded_sine,
+    shear_angle,
+    warp_vector,
+    weft_vector,
+    yarn_strain,
+)
 
 
 @wp.func
@@ -57,11 +64,33 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         Shear: struct of the shear law.
     """
 
+    @wp.struct
+    class Loads:
+        """∂W/∂k1 and ∂W/∂k2 per area [N/m]."""
+
+        warp: wp.vec3d
+        weft: wp.vec3d
+
     @wp.func
-    def warp_load(
-        k1: wp.vec3d, k2: wp.vec3d, line_tension: wp.float64, couple: wp.float64
-    ) -> wp.vec3d:
-        return (line_tension / wp.length(k1)) * k1 + couple * shear_gradient(k1, k2)
+    def yarn_loads(
+        k1: wp.vec3d,
+        k2: wp.vec3d,
+        lengths: wp.vec2d,
+        line_tension: wp.vec2d,
+        shear_law: Shear,
+        rest_angle: wp.float64,
+    ) -> Loads:
+        one = wp.float64(1.0)
+        inverse = wp.vec2d(one / lengths[0], one / lengths[1])
+        u1 = inverse[0] * k1
+        u2 = inverse[1] * k2
+        cosine = wp.dot(u1, u2)
+        couple = shear(shear_law, angle_from_cosine(cosine, rest_angle)) / guarded_sine(cosine)
+        out = Loads()
+        # shear_gradient, its lengths and its sine taken from above
+        out.warp = line_tension[0] * u1 + (couple * inverse[0]) * (u2 - cosine * u1)
+        out.weft = line_tension[1] * u2 + (couple * inverse[1]) * (u1 - cosine * u2)
+        return out
 
     @wp.kernel(module="unique", enable_backward=False)
     def add_pair_forces(
@@ -104,19 +133,19 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         a2 = weft_vector(da, shared, tip_a)
         b1 = warp_vector(db, tip_b, shared)
         b2 = weft_vector(db, tip_b, shared)
-        strain_a = triangle_strain(a1, a2)
-        strain_b = triangle_strain(b1, b2)
-        mean = area_weighted(strain_a, strain_b, area)
-        line = tension(tension_law, mean)
-        line_a = line + stabiliser * (strain_a - mean)
-        line_b = line + stabiliser * (strain_b - mean)
-        couple_a = shear(shear_law, shear_angle(a1, a2, rest_angle))
-        couple_b = shear(shear_law, shear_angle(b1, b2, rest_angle))
+        lengths_a = wp.vec2d(wp.length(a1), wp.length(a2))
+        lengths_b = wp.vec2d(wp.length(b1), wp.length(b2))
+        stretch = area_weighted(lengths_a, lengths_b, area)
+        line = tension(tension_law, stretch - wp.vec2d(wp.float64(1.0), wp.float64(1.0)))
+        line_a = line + stabiliser * (lengths_a - stretch)
+        line_b = line + stabiliser * (lengths_b - stretch)
 
-        wa1 = area[0] * warp_load(a1, a2, line_a[0], couple_a)
-        wa2 = area[0] * warp_load(a2, a1, line_a[1], couple_a)
-        wb1 = area[1] * warp_load(b1, b2, line_b[0], couple_b)
-        wb2 = area[1] * warp_load(b2, b1, line_b[1], couple_b)
+        of_a = yarn_loads(a1, a2, lengths_a, line_a, shear_law, rest_angle)
+        of_b = yarn_loads(b1, b2, lengths_b, line_b, shear_law, rest_angle)
+        wa1 = area[0] * of_a.warp
+        wa2 = area[0] * of_a.weft
+        wb1 = area[1] * of_b.warp
+        wb2 = area[1] * of_b.weft
         load_j = da[0] * wa1 + da[2] * wa2 + db[1] * wb1 + db[3] * wb2
         load_k = da[1] * wa1 + da[3] * wa2
         load_l = db[0] * wb1 + db[2] * wb2
@@ -179,10 +208,9 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
             k1 = warp_vector(d, x[b] - x[a], x[c] - x[a])
             k2 = weft_vector(d, x[b] - x[a], x[c] - x[a])
             own = line + stabiliser * (triangle_strain(k1, k2) - mean)
-            couple = shear(shear_law, shear_angle(k1, k2, rest_angle))
-            along_warp = areas[t] * warp_load(k1, k2, own[0], couple)
-            along_weft = areas[t] * warp_load(k2, k1, own[1], couple)
-            add_triangle_loads(a, b, c, d, along_warp, along_weft, f)
+            lengths = wp.vec2d(wp.length(k1), wp.length(k2))
+            loads = yarn_loads(k1, k2, lengths, own, shear_law, rest_angle)
+            add_triangle_loads(a, b, c, d, areas[t] * loads.warp, areas[t] * loads.weft, f)
 
     @wp.kernel(module="unique", enable_backward=False)
     def measure(

@@ -45,6 +45,7 @@ class ToolSurfaces:
     corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
     open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [facet]
+    sag: wp.array(dtype=wp.float64)  # by which facets may lie inside the surface [m], shape [tool]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
 
@@ -84,7 +85,7 @@ def find_tool_contacts(
         surfaces.meshes[tool], to_single(at), float(search.radius)
     )
     if not query.result:
-        clearance[tool, i] = search.radius
+        clearance[tool, i] = search.radius - surfaces.sag[tool]
         contacts[tool, i].near = 0
         return
     facet = surfaces.first_facet[tool] + query.face
@@ -106,15 +107,20 @@ def find_tool_contacts(
     distance = wp.length(at - flat)
     # The curved surface may stand out of the facet by |point − flat|.
     clearance[tool, i] = distance - wp.length(point - flat)
-    contacts[tool, i].near = wp.where(clearance[tool, i] <= near, 1, 0)
+    gap = wp.dot(normal, at - point) - offset[i]
+    touched = contacts[tool, i].near == 1
+    past_border = is_on_border(w, surfaces.open_edges[facet]) and (
+        wp.length_sq(at - point) - (gap + offset[i]) * (gap + offset[i]) > offset[i] * offset[i]
+    )
+    inside = gap < wp.float64(0.0)
+    contacts[tool, i].near = 0
+    if past_border or (not inside and clearance[tool, i] > near):
+        return
+    if gap < -near and not touched:  # behind an open surface, not pressed into it
+        return
+    contacts[tool, i].near = 1
     contacts[tool, i].point = point
     contacts[tool, i].normal = normal
-    if is_on_border(w, surfaces.open_edges[facet]):
-        aside = at - point - wp.dot(normal, at - point) * normal
-        if wp.length(aside) > offset[i]:  # past the end of an open surface
-            contacts[tool, i].near = 0
-            return
-    gap = wp.dot(normal, at - point) - offset[i]
     if gap < wp.float64(0.0):
         wp.atomic_max(deepest, tool, -gap)
 
@@ -156,7 +162,12 @@ def add_tool_forces(
     """
     i = wp.tid()
     for tool in range(friction.shape[0]):
-        if contacts[tool, i].near != 0:
+        if contacts[tool, i].near == 0:
+            if stored[tool, i] > wp.float64(0.0):  # slid past the tool's border
+                lost[i] += wp.vec3d(stored[tool, i], wp.float64(0.0), wp.float64(0.0))
+                stored[tool, i] = wp.float64(0.0)
+                springs[tool, i] = wp.vec3d()
+        else:
             normal = contacts[tool, i].normal
             gap = wp.dot(normal, x[i] - tool_shift[tool] - contacts[tool, i].point) - offset[i]
             old = springs[tool, i]

@@ -10,6 +10,9 @@ import warp as wp
 COLLAPSE_SINE = wp.constant(wp.float64(0.05))
 """Smallest sin θ divided by: warp and weft 2.9° from parallel, far past locking (the one guard)."""
 
+QUARTER_TURN = wp.constant(wp.float64(1.5707963267948966))
+"""π/2 [rad]."""
+
 
 @wp.func
 def warp_vector(gradient: wp.vec4d, edge_b: wp.vec3d, edge_c: wp.vec3d) -> wp.vec3d:
@@ -30,10 +33,48 @@ def yarn_strain(k: wp.vec3d) -> wp.float64:
 
 
 @wp.func
+def arc_sine_series(x: wp.float64) -> wp.float64:
+    """Arcsine of |x| ≤ 1/2: x times a Chebyshev interpolant in x², error below 3e-16 [rad]."""
+    t = x * x
+    p = wp.float64(0.03150477675162431)
+    p = p * t + wp.float64(-0.011693559679531318)
+    p = p * t + wp.float64(0.01825637024213353)
+    p = p * t + wp.float64(0.009376473481056654)
+    p = p * t + wp.float64(0.01432423514994457)
+    p = p * t + wp.float64(0.017313700945909897)
+    p = p * t + wp.float64(0.022374928823605693)
+    p = p * t + wp.float64(0.030381820752221768)
+    p = p * t + wp.float64(0.04464286038603156)
+    p = p * t + wp.float64(0.07499999995624415)
+    p = p * t + wp.float64(0.16666666666689706)
+    p = p * t + wp.float64(0.9999999999999998)
+    return x * p
+
+
+@wp.func
+def arc_sine(x: wp.float64) -> wp.float64:
+    """Arcsine [rad] of x, clamped to −1 … 1; several times faster than the library's."""
+    size = wp.min(wp.abs(x), wp.float64(1.0))
+    if size <= wp.float64(0.5):
+        return arc_sine_series(x)
+    half = arc_sine_series(wp.sqrt(wp.float64(0.5) * (wp.float64(1.0) - size)))
+    angle = QUARTER_TURN - wp.float64(2.0) * half
+    if x < wp.float64(0.0):
+        angle = -angle
+    return angle
+
+
+@wp.func
+def angle_from_cosine(cosine: wp.float64, rest_angle: wp.float64) -> wp.float64:
+    """Shear angle γ = θ0 − arccos(cos θ) [rad]."""
+    return (rest_angle - QUARTER_TURN) + arc_sine(cosine)
+
+
+@wp.func
 def shear_angle(k1: wp.vec3d, k2: wp.vec3d, rest_angle: wp.float64) -> wp.float64:
     """Shear angle γ = θ0 − θ [rad], θ the current angle between warp and weft."""
     cosine = wp.dot(k1, k2) / (wp.length(k1) * wp.length(k2))
-    return rest_angle - wp.acos(wp.clamp(cosine, wp.float64(-1.0), wp.float64(1.0)))
+    return angle_from_cosine(cosine, rest_angle)
 
 
 @wp.func

@@ -5,7 +5,14 @@ import numpy as np
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
 from warpdrape.cli import run_script
 from warpdrape.closed_forms import bias_angle, bias_force, bias_travel, check_shear_angle
-from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, shear_curve, steady_pull
+from warpdrape.coupon import (
+    Curve,
+    coupon_files,
+    coupon_mesh,
+    coupon_numerics,
+    shear_curve,
+    steady_pull,
+)
 from warpdrape.errors import positive
 from warpdrape.units import deg
 
@@ -45,7 +52,9 @@ def build(
             f"would reach the clamps; give a height of at least {2.0 * width:.4g} m"
         )
     angle = check_shear_angle("shear_angle_deg", shear_angle_deg)
-    flat = coupon_mesh(width, height, edge, mesh, warp_angle=45 * deg, mesh_angle=mesh_angle_deg * deg)
+    flat = coupon_mesh(
+        width, height, edge, mesh, warp_angle=45 * deg, mesh_angle=mesh_angle_deg * deg
+    )
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat, warp_angle=45 * deg)
     pull = steady_pull((0.0, float(bias_travel(width, height, angle)), 0.0), duration)
 

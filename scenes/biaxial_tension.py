@@ -4,7 +4,7 @@ import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
 from warpdrape.cli import run_script
-from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, stretch_curve
+from warpdrape.coupon import coupon_files, coupon_mesh, coupon_numerics, stretch_curve
 from warpdrape.errors import positive
 from warpdrape.laws import IsotropicMembrane
 
@@ -44,9 +44,10 @@ def build(
     ])
     if not 0.0 < ends.max() <= 0.5:
         raise InputError(
-            f"warp_strain = {warp_strain} and weft_strain = {weft_strain}: the larger must lie above "
-            "0 and not above 0.5 (a fraction, 0.01 for 1 %)"
+            f"warp_strain = {warp_strain} and weft_strain = {weft_strain}: the larger must lie "
+            "above 0 and not above 0.5 (a fraction, 0.01 for 1 %)"
         )
+    positive("side", side, unit="m")
     flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0)
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
     if isinstance(ply.fabric.tension, IsotropicMembrane):

@@ -9,7 +9,7 @@ from warpdrape.result import FormedPly, Result
 from warpdrape.units import mm
 
 CELL = 1 * mm
-LINE_STIFFNESS = 20000.0
+LINE_STIFFNESS = 2000.0
 """Of the yarns, and of the isotropic sheet [N/m]: the weight strains it by less than 0.1 %."""
 SHEAR_STIFFNESS = 20.0
 """Initial shear stiffness dC/dγ per area [N/m]: a hundredth of the yarns', 20 times the weight."""

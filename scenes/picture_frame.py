@@ -7,7 +7,15 @@ import numpy as np
 from warpdrape import Clamp, Fabric, Ply, Scene
 from warpdrape.cli import run_script
 from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
-from warpdrape.coupon import Curve, coupon_files, coupon_mesh, coupon_numerics, shear_curve, steady_pull
+from warpdrape.coupon import (
+    Curve,
+    coupon_files,
+    coupon_mesh,
+    coupon_numerics,
+    shear_curve,
+    steady_pull,
+)
+from warpdrape.errors import positive
 from warpdrape.units import deg
 
 
@@ -38,6 +46,7 @@ def build(
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     angle = check_shear_angle("shear_angle_deg", shear_angle_deg)
+    positive("side", side, unit="m")
     flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0, mesh_angle=mesh_angle_deg * deg)
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
     pull = steady_pull((float(frame_travel(side, angle)), 0.0, 0.0), duration)
@@ -55,7 +64,10 @@ def build(
 
     def curve(result) -> Curve:
         return shear_curve(
-            result, "frame", lambda d: frame_angle(side, d), lambda g: frame_force(ply.fabric, side, g)
+            result,
+            "frame",
+            lambda d: frame_angle(side, d),
+            lambda g: frame_force(ply.fabric, side, g),
         )
 
     def on_border(points: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Many small patches of triangles in one ply, deformed at random, and what the kernels make of them."""
+"""Many small patches of triangles in one ply, deformed at random, and what kernels make of them."""
 
 import numpy as np
 import warp as wp

@@ -15,7 +15,7 @@ from warpdrape.motion import Stroke
 from warpdrape.ply import Ply, lay_up, stack_top
 from warpdrape.profile import Surface
 from warpdrape.scene import Clamp, Numerics, Scene
-from warpdrape.scenes import hemisphere, press, three_ply_hemisphere
+from warpdrape.scenes import hemisphere, press
 from warpdrape.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
@@ -23,10 +23,12 @@ ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
 
 def small_press(**changes):
     """Two plies on a table, pressed by a sphere; a few hundred steps."""
-    plies = lay_up([
-        Ply.rectangle(name, ELASTIC, 0.06, cells=5, warp_angle=angle)
-        for name, angle in (("low", 0.0), ("high", 0.7))
-    ])
+    plies = lay_up(
+        [
+            Ply.rectangle(name, ELASTIC, 0.06, cells=5, warp_angle=angle)
+            for name, angle in (("low", 0.0), ("high", 0.7))
+        ]
+    )
     ball = Tool.sphere("ball", radius=0.02).turned((1.0, 0.0, 0.0), math.pi)
     ball = ball.moved((0.0, 0.0, stack_top(plies)))
     ball = dataclasses.replace(ball, motion=Stroke(travel=(0.002, 0.0, -0.006), duration=4e-3))
@@ -55,7 +57,9 @@ def test_graph_replay_is_eager_launching_bit_for_bit():
 def test_frames_are_evenly_spaced_from_start_to_end(frames, device):
     result = small_press().run(device=device, frames=frames)
     assert result.completed
-    np.testing.assert_allclose(result.history["time_s"], np.linspace(0.0, 4e-3, frames + 1), rtol=1e-12)
+    np.testing.assert_allclose(
+        result.history["time_s"], np.linspace(0.0, 4e-3, frames + 1), rtol=1e-12
+    )
     assert result.summary["simulated_s"] == pytest.approx(4e-3)
     assert result.history["ball_displacement_m"][-1] == pytest.approx(math.hypot(0.002, 0.006))
     moved = result.summary["steps"] * result.summary["time_step_s"]
@@ -73,7 +77,12 @@ def test_without_a_folder_nothing_is_written(tmp_path, monkeypatch, capfd):
 def test_with_a_folder_the_result_is_what_was_written(tmp_path):
     out = tmp_path / "run"
     result = small_press(duration=4e-4).run(out, frames=2)
-    assert sorted(p.name for p in out.iterdir()) == ["history.csv", "run.json", "scene.usdc", "summary.json"]
+    assert sorted(p.name for p in out.iterdir()) == [
+        "history.csv",
+        "run.json",
+        "scene.usdc",
+        "summary.json",
+    ]
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["steps"] == result.summary["steps"] and summary["status"] == "completed"
     rows = (out / "history.csv").read_text(encoding="utf-8").splitlines()
@@ -87,12 +96,12 @@ def test_with_a_folder_the_result_is_what_was_written(tmp_path):
 
 @pytest.mark.parametrize("frames", [0, -3, 2.5, True, "many"])
 def test_bad_frames_are_refused(frames):
-    with pytest.raises(InputError, match="frames = .* whole number"):
+    with pytest.raises(InputError, match=r"frames = .* whole number"):
         small_press().run(frames=frames)
 
 
 def test_unknown_device_is_refused_with_those_that_exist():
-    with pytest.raises(InputError, match="no device 'cuda:77' here; there is: .*cpu"):
+    with pytest.raises(InputError, match=r"no device 'cuda:77' here; there is: .*cpu"):
         small_press().run(device="cuda:77")
 
 
@@ -106,7 +115,7 @@ def test_a_tool_inside_a_ply_is_refused_before_anything_moves(tmp_path):
 
 def test_plies_that_overlap_are_refused():
     low, high = small_press().plies
-    with pytest.raises(InputError, match="'low' and 'high' overlap.*lay_up"):
+    with pytest.raises(InputError, match=r"'low' and 'high' overlap.*lay_up"):
         small_press(plies=[low, dataclasses.replace(high, z=low.z + 1e-4)])
 
 
@@ -118,7 +127,7 @@ def test_two_things_of_one_name_are_refused():
         dataclasses.replace(scene, clamps=[dataclasses.replace(scene.clamps[0], ply="lowest")])
 
 
-def test_a_run_that_blows_up_says_when_and_where_and_keeps_its_last_good_frame(monkeypatch, tmp_path):
+def test_a_run_that_blows_up_says_where_and_keeps_its_last_good_frame(monkeypatch, tmp_path):
     stable = time_step.stable_step
     monkeypatch.setattr(time_step, "stable_step", lambda *given: 4.0 * stable(*given))
     result = small_press().run(tmp_path / "run", frames=4)
@@ -140,7 +149,9 @@ def sloping_plate(tilt, slope=0.4):
     lying = np.broadcast_to(normal, plate.surface.normals.shape)
     plate = dataclasses.replace(plate, surface=Surface(plate.surface.mesh, lying, exact=False))
     gravity = (9.81 * math.sin(slope), 0.0, -9.81 * math.cos(slope))
-    return Scene(name="slope", plies=ply, tools=[plate], duration=0.03, friction=0.0, gravity=gravity)
+    return Scene(
+        name="slope", plies=ply, tools=[plate], duration=0.03, friction=0.0, gravity=gravity
+    )
 
 
 @pytest.mark.parametrize(("tilt", "verdict"), [(0.0, "fine"), (0.008, "warns"), (0.1, "fails")])
@@ -167,7 +178,10 @@ def test_forming_balances_its_energy_and_is_quasi_static(formed):
     assert summary["quasi_static"] is True
     work = history["external_work_j"][-1]
     assert work > 0.5
-    parts = [history[f"{name}_j"][-1] for name in ("kinetic", "internal", "contact", "friction", "damping")]
+    parts = [
+        history[f"{name}_j"][-1]
+        for name in ("kinetic", "internal", "contact", "friction", "damping")
+    ]
     assert sum(parts) == pytest.approx(work, rel=0.02)
     assert history["friction_j"][-1] > 0.1 * work and history["internal_j"][-1] > 0.1 * work
     # The tools' own account of the work: mean force of each frame times its way.
@@ -212,9 +226,3 @@ def test_forming_keeps_the_symmetry_of_the_press(formed):
     for mirror in ((-1.0, 1.0, 1.0), (1.0, -1.0, 1.0)):
         other = [order[tuple(np.round(p * mirror, 9) + 0.0)] for p in rest]
         np.testing.assert_allclose(points[other] * mirror, points, atol=1e-3)
-
-
-@pytest.mark.slow
-def test_three_plies_form_and_keep_their_order():
-    result = three_ply_hemisphere.build(cells=12, duration=0.04).run(frames=20)
-    assert result.completed and result.summary["energy_error"] < 0.02

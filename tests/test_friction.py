@@ -120,13 +120,24 @@ def strip_over_drum(friction, wrap, *, half=0.11, strain=0.03, duration=0.04):
         more = stretch if name == "pulled" else 0.0 * pull
         outward = end * (side, 1.0, 1.0)
         path = np.concatenate([moved, moved[-1] + more[:, None] * outward])
-        clamps.append(Clamp(
-            name=name, ply="strip", motion=Path(times=times, positions=path), follow=outward,
-            where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
-        ))
+        clamps.append(
+            Clamp(
+                name=name,
+                ply="strip",
+                motion=Path(times=times, positions=path),
+                follow=outward,
+                where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
+            )
+        )
     return Scene(
-        name="capstan", plies=[ply], tools=[drum], clamps=clamps, duration=duration,
-        friction=friction, gravity=(0.0, 0.0, 0.0), numerics=Numerics(damping=300.0),
+        name="capstan",
+        plies=[ply],
+        tools=[drum],
+        clamps=clamps,
+        duration=duration,
+        friction=friction,
+        gravity=(0.0, 0.0, 0.0),
+        numerics=Numerics(damping=300.0),
     )
 
 

@@ -17,9 +17,9 @@ from element_checks import (
     rotations,
 )
 from law_checks import PLAIN, SPACING, crimp_table, fabric
-from warpdrape.kernels.membrane import make_yarn_membrane
 
 from warpdrape.flat_mesh import FlatMesh
+from warpdrape.kernels.membrane import make_yarn_membrane
 from warpdrape.law_curves import sample_tensions
 from warpdrape.law_data import membrane_functions
 from warpdrape.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
@@ -103,7 +103,7 @@ def paper_loads(ply, x):
     largest = 0.0
     for m1, m2, m3 in np.asarray(ply.mesh.triangles):
         e2, e3 = flat[m2] - flat[m1], flat[m3] - flat[m1]
-        # A = M1 + a1 (M3 − M1) with A M2 along the warp; B = M1 + a2 (M2 − M1), B M3 along the weft.
+        # A = M1 + a1 (M3 − M1), A M2 along the warp; B = M1 + a2 (M2 − M1), B M3 along the weft.
         a1 = np.linalg.det([e2, t1]) / np.linalg.det([e3, t1])
         a2 = np.linalg.det([e3, t2]) / np.linalg.det([e2, t2])
         largest = max(largest, abs(a1), abs(a2))
@@ -129,9 +129,10 @@ def paper_loads(ply, x):
             pulls.append(factor * stiffness[family] * strain * cell * stretch[family])
         tensile = b1 * pulls[0] / n1**2 + b2 * pulls[1] / n2**2  # [22]
         mixed = up1 @ up2
-        rotation = b1 * mixed / (n1 * u2) + b3 * u2 / n1 + b4 * u1 / n2 + b2 * mixed / (n2 * u1)  # [25]
+        # [25] and [28]
+        rotation = b1 * mixed / (n1 * u2) + b3 * u2 / n1 + b4 * u1 / n2 + b2 * mixed / (n2 * u1)
         angle = math.acos(flat1 @ flat2 / (rest[0] * rest[1])) - math.acos(k1 @ k2 / (n1 * n2))
-        load[[m1, m2, m3]] += cells * (tensile + rotation * float(cloth.shear.couple(angle)))  # [28]
+        load[[m1, m2, m3]] += cells * (tensile + rotation * float(cloth.shear.couple(angle)))
     return load, largest
 
 
@@ -144,7 +145,9 @@ def test_loads_are_those_of_the_paper(yarns, angle, device):
     # Turned off the yarns: the paper's a1, a2 are infinite along an edge.
     points = np.asarray(ply.mesh.vertices).reshape(-1, 3, 2)
     points = np.einsum("pij,pnj->pni", rotations(rng, 200, plane=True), points).reshape(-1, 2)
-    ply = Ply(name="turned", fabric=cloth, mesh=FlatMesh(points, ply.mesh.triangles), warp_angle=0.3)
+    ply = Ply(
+        name="turned", fabric=cloth, mesh=FlatMesh(points, ply.mesh.triangles), warp_angle=0.3
+    )
     x = deformed(ply, "triangle", rng)
     expected, largest = paper_loads(ply, x)
     assert 10 < largest < 1e4  # some nearly along an edge
@@ -202,13 +205,18 @@ def test_numbering_changes_nothing(averaging, device):
     turned = np.stack([np.roll(row, rng.integers(3)) for row in new[rows]])
     shuffle = rng.permutation(len(rows))
     other = Ply(
-        name="other", fabric=ply.fabric, mesh=FlatMesh(flat[order], turned[shuffle]), warp_angle=0.35
+        name="other",
+        fabric=ply.fabric,
+        mesh=FlatMesh(flat[order], turned[shuffle]),
+        warp_angle=0.35,
     )
     first, second = (membrane_of(p, device, averaging=averaging) for p in (ply, other))
     f, g = forces(first, x, device), forces(second, x[order], device)
     assert np.abs(f).max() > 1.0
     np.testing.assert_allclose(g, f[order], atol=1e-11 * np.abs(f).max())
-    for before, after in zip(measured(first, x, device), measured(second, x[order], device), strict=True):
+    for before, after in zip(
+        measured(first, x, device), measured(second, x[order], device), strict=True
+    ):
         np.testing.assert_allclose(after, before[shuffle], atol=1e-11 * np.abs(before).max())
 
 
@@ -234,7 +242,9 @@ def test_plain_is_the_sum_of_single_triangles(device):
     ply = blank()
     x = shaken(ply, np.random.default_rng(7))
     rows = np.asarray(ply.mesh.triangles)
-    apart = FlatMesh(np.asarray(ply.mesh.vertices)[rows.ravel()], np.arange(rows.size).reshape(-1, 3))
+    apart = FlatMesh(
+        np.asarray(ply.mesh.vertices)[rows.ravel()], np.arange(rows.size).reshape(-1, 3)
+    )
     single = Ply(name="apart", fabric=ply.fabric, mesh=apart, warp_angle=0.35)
     expected = np.zeros_like(x)
     np.add.at(expected, rows.ravel(), forces(membrane_of(single, device), x[rows.ravel()], device))

@@ -20,7 +20,9 @@ def test_stroke_is_smooth_in_velocity_and_acceleration(ramp):
     stroke = Stroke(travel=(0.0, 0.03, -0.04), duration=0.08, start=0.01, ramp=ramp)
     time, x, v = speeds(stroke.displacement, 0.0, 0.1)
     np.testing.assert_allclose(x[time <= 0.01], 0.0, atol=1e-18)
-    np.testing.assert_allclose(x[time >= 0.09], np.broadcast_to((0, 0.03, -0.04), x[time >= 0.09].shape))
+    np.testing.assert_allclose(
+        x[time >= 0.09], np.broadcast_to((0, 0.03, -0.04), x[time >= 0.09].shape)
+    )
     assert (np.diff(x[:, 1]) >= -1e-17).all()
     assert v.max() == pytest.approx(stroke.peak_speed, rel=1e-6)
     assert stroke.peak_speed == pytest.approx(0.05 / 0.08 / (1 - ramp))

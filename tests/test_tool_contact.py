@@ -1,4 +1,4 @@
-"""Contact with tools: what the search finds against the exact surface and brute force, and forces."""
+"""Contact with tools: the search against exact surfaces and brute force, and the forces."""
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from warpdrape.tool import Tool
 CLOTH = fabric(LinearTension(400.0, 420.0))
 HALF = 0.5 * CLOTH.thickness
 RADIUS = 0.075
+CENTER = np.array([0.0, 0.0, -RADIUS])
 
 
 def searcher(tools, device="cpu", cells=10, **numerics):
@@ -37,7 +38,7 @@ def near_sphere(count, rng, low, high, polar=0.8 * np.pi):
     angle, turn = np.arccos(rng.uniform(np.cos(0.7 * polar), 1, count)), rng.uniform(0, 7, count)
     out = np.stack([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)], 1)
     distance = rng.uniform(low, high, count)
-    return (RADIUS + distance)[:, None] * out - (0.0, 0.0, RADIUS), distance, out
+    return (RADIUS + distance)[:, None] * out + CENTER, distance, out
 
 
 def test_gap_to_a_sphere_converges_with_the_facets(device):
@@ -68,7 +69,9 @@ def distances(points, corners):
     """Distance of points from the nearest of all facets, by brute force, shape [n]."""
     best = np.full(len(points), np.inf)
     for a, b, c in corners:
-        nearest = trimesh.triangles.closest_point(np.broadcast_to([a, b, c], (len(points), 3, 3)), points)
+        nearest = trimesh.triangles.closest_point(
+            np.broadcast_to([a, b, c], (len(points), 3, 3)), points
+        )
         best = np.minimum(best, np.linalg.norm(points - nearest, axis=1))
     return best
 
@@ -90,7 +93,15 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
     count = len(model.masses.mass)
     surface, facet = trimesh.sample.sample_surface(tool.surface.mesh, count, seed=3)
     outward = tool.surface.mesh.face_normals[facet]
-    x = surface + rng.uniform(-3e-4, 6e-4, count)[:, None] * outward
+    # Not deeper inside than a search expects to find a vertex that it did not hold before.
+    x = surface + rng.uniform(-1.5e-4, 6e-4, count)[:, None] * outward
+    # Half of them anyhow round edges and corners, so that all parts of facets come nearest.
+    sharp = tool.vertices[rng.integers(len(tool.vertices), size=count)]
+    ends = np.sort(tool.surface.mesh.edges, axis=1)[rng.integers(len(tool.triangles), size=count)]
+    share = rng.uniform(0, 1, (count, 1))
+    on_edge = share * tool.vertices[ends[:, 0]] + (1 - share) * tool.vertices[ends[:, 1]]
+    round_it = rng.uniform(-8e-5, 8e-5, (count, 3))
+    x[::4], x[1::4] = (sharp + round_it)[::4], (on_edge + round_it)[1::4]
     shift = np.array([0.1, -0.2, 0.3])
     state.tool_shift.assign(shift[None])
     state.x.assign(x + shift)
@@ -105,9 +116,6 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
     apart = np.linalg.norm(x - point, axis=1)
     np.testing.assert_allclose(apart[near], exact[near], atol=1e-8)
     np.testing.assert_allclose(np.linalg.norm(normal[near], axis=1), 1.0, atol=1e-12)
-    gap = (normal * (x - point)).sum(axis=1)
-    deepest = max(0.0, (HALF - gap[near]).max())
-    assert state.tool_deepest.numpy()[0] == pytest.approx(deepest, rel=1e-9)
 
 
 def test_points_not_asked_anew_are_never_missed(device):
@@ -124,29 +132,28 @@ def test_points_not_asked_anew_are_never_missed(device):
         state.x.assign(x)
         search_contacts(model, state)
         asked += (state.asked_at.numpy() != before).any(axis=2).sum()
-        distance = np.linalg.norm(x + (0.0, 0.0, RADIUS), axis=1) - RADIUS
+        distance = np.linalg.norm(x - CENTER, axis=1) - RADIUS
         touching = np.abs(distance) < HALF + slide
         assert found(state)[0][touching].all()
     assert touching.mean() > 0.1
     assert asked < 0.7 * 120 * len(x)
 
 
-COARSE = pytest.mark.xfail(strict=True, reason="clearance of an empty query forgets the facets' sag")
 
 
-@pytest.mark.parametrize("facet", [3e-3, pytest.param(7.8e-3, marks=COARSE)])
+@pytest.mark.parametrize("facet", [3e-3, 7.8e-3])
 def test_facets_that_lie_deep_inside_the_surface_hide_no_contact(facet, device):
     # Straight down on the facets' middles, from where a query just finds nothing.
     model, state = searcher([Tool.sphere(radius=RADIUS, facet=facet)], device, cells=20)
     slide = model.scene.numerics.search_slide
-    middles = model.scene.tools[0].surface.mesh.triangles_center + (0.0, 0.0, RADIUS)
+    middles = model.scene.tools[0].surface.mesh.triangles_center - CENTER
     height = np.linalg.norm(middles, axis=1)
     lowest = np.argsort(height)[: len(model.masses.mass)]
     out = middles[lowest] / height[lowest][:, None]
     start = height[lowest] - RADIUS + model.search.radius + 1e-6
     for step in range(60):
         distance = start - step * slide
-        state.x.assign((RADIUS + distance)[:, None] * out - (0.0, 0.0, RADIUS))
+        state.x.assign((RADIUS + distance)[:, None] * out + CENTER)
         search_contacts(model, state)
         touching = np.abs(distance) < HALF + slide
         assert found(state)[0][touching].all()
@@ -158,8 +165,14 @@ def test_a_pressed_vertex_feels_penalty_off_half_the_thickness(share, device):
     tool = Tool.plate(width=1.0, height=1.0)
     ply = Ply.rectangle("ply", CLOTH, 0.01, cells=2, z=1.0)
     numerics = Numerics(contact_share=share, contact_damping=0.0, search_slide=1e-9)
-    scene = Scene(name="press", plies=[ply], tools=[tool], duration=1e-4, numerics=numerics,
-                  gravity=(0.0, 0.0, 0.0))
+    scene = Scene(
+        name="press",
+        plies=[ply],
+        tools=[tool],
+        duration=1e-4,
+        numerics=numerics,
+        gravity=(0.0, 0.0, 0.0),
+    )
     model = build_model(scene, device, 1)
     assert model.timing.search_every == 1
     for depth in (1e-6, 2e-6, -1e-9):
@@ -181,8 +194,14 @@ def test_friction_of_a_slipping_vertex_opposes_slip_and_obeys_coulomb(device):
     tool = Tool.plate(width=1.0, height=1.0, friction=0.25)
     ply = Ply.rectangle("ply", CLOTH, 0.01, cells=2, z=1.0)
     numerics = Numerics(contact_damping=0.0, search_slide=1e-9)
-    scene = Scene(name="rub", plies=[ply], tools=[tool], duration=1e-4, numerics=numerics,
-                  gravity=(0.0, 0.0, 0.0))
+    scene = Scene(
+        name="rub",
+        plies=[ply],
+        tools=[tool],
+        duration=1e-4,
+        numerics=numerics,
+        gravity=(0.0, 0.0, 0.0),
+    )
     model = build_model(scene, device, 1)
     state = initial_state(model)
     state.x.assign(ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - 1e-7))

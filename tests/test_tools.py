@@ -48,7 +48,7 @@ def ring_normals(p, hole, edge, up):
 
 
 def table_normals(p):
-    out, edge = radial(p + (1e-12, 0.0, 0.0)), 5e-3
+    out, edge = radial(np.add(p, (1e-12, 0.0, 0.0))), 5e-3
     r = np.linalg.norm(p[..., :2], axis=-1)[..., None]
     center = out * (RADIUS - edge) - (0.0, 0.0, edge)
     flat = r < (RADIUS - edge) * (1 - 1e-9)
@@ -62,27 +62,48 @@ def drum_normals(p):
 
 TOOLS = {
     # name: tool, exact normals at points of the surface, number of open borders, box
-    "punch": (Tool.punch(radius=RADIUS, height=0.07), punch_normals, 1, [(-RADIUS, 0), (RADIUS, 0.07)]),
+    "punch": (
+        Tool.punch(radius=RADIUS, height=0.07),
+        punch_normals,
+        1,
+        [(-RADIUS, 0), (RADIUS, 0.07)],
+    ),
     "die": (
         Tool.die(hole_radius=0.05, edge_radius=0.01, outer_radius=0.1, depth=0.03),
-        lambda p: ring_normals(p, 0.05, 0.01, 1.0), 2, [(-0.1, -0.03), (0.1, 0)],
+        lambda p: ring_normals(p, 0.05, 0.01, 1.0),
+        2,
+        [(-0.1, -0.03), (0.1, 0)],
     ),
     "holder": (
         Tool.blank_holder(hole_radius=0.06, outer_radius=0.1, edge_radius=2e-3),
-        lambda p: ring_normals(p, 0.06, 2e-3, -1.0), 2, [(-0.1, 0), (0.1, 0.01)],
+        lambda p: ring_normals(p, 0.06, 2e-3, -1.0),
+        2,
+        [(-0.1, 0), (0.1, 0.01)],
     ),
-    "table": (Tool.table(radius=RADIUS, depth=0.02), table_normals, 1, [(-RADIUS, -0.02), (RADIUS, 0)]),
+    "table": (
+        Tool.table(radius=RADIUS, depth=0.02),
+        table_normals,
+        1,
+        [(-RADIUS, -0.02), (RADIUS, 0)],
+    ),
     "sphere": (
-        Tool.sphere(radius=RADIUS), sphere_normals, 1,
+        Tool.sphere(radius=RADIUS),
+        sphere_normals,
+        1,
         [(-RADIUS, -RADIUS * (1 + math.sqrt(0.5))), (RADIUS, 0)],
     ),
     "drum": (Tool.drum(radius=RADIUS, length=0.02), drum_normals, 2, None),
     "plate": (
-        Tool.plate(width=0.06, height=0.02), lambda p: np.broadcast_to((0.0, 0.0, 1.0), p.shape), 1, None
+        Tool.plate(width=0.06, height=0.02),
+        lambda p: np.broadcast_to((0.0, 0.0, 1.0), p.shape),
+        1,
+        None,
     ),
     "ceiling": (
         Tool.plate(width=0.06, height=0.02, facing="down"),
-        lambda p: np.broadcast_to((0.0, 0.0, -1.0), p.shape), 1, None,
+        lambda p: np.broadcast_to((0.0, 0.0, -1.0), p.shape),
+        1,
+        None,
     ),
 }
 
@@ -128,6 +149,14 @@ def test_hole_radii_and_box_of_plate_and_drum():
         np.testing.assert_allclose(TOOLS[name][0].surface.mesh.extents, size, atol=1e-12)
 
 
+def test_hollow_arcs_turn_their_normals_inward():
+    # A trough, drawn counter-clockwise: the open side lies to the left of the profile.
+    trough = extrude([Arc((0.0, 0.0), RADIUS, math.pi, 2 * math.pi)], 0.1, 5e-3)
+    points = trough.mesh.vertices[trough.mesh.faces]
+    np.testing.assert_allclose(trough.normals, -drum_normals(points), atol=1e-12)
+    assert ((trough.mesh.face_normals[:, None] * trough.normals).sum(axis=2) > 0.98).all()
+
+
 @pytest.mark.parametrize("facet", [2e-3, 8e-3])
 def test_facets_have_the_size_asked_for(facet):
     edges = Tool.sphere(radius=RADIUS, facet=facet).surface.mesh.edges_unique_length
@@ -149,11 +178,13 @@ def test_area_of_facets_comes_to_that_of_the_sphere():
 def test_moved_and_turned_tools_keep_their_normals():
     tool = TOOLS["punch"][0]
     there = tool.moved((0.1, 0.2, 0.3))
-    np.testing.assert_allclose(there.vertices, tool.vertices + (0.1, 0.2, 0.3), atol=1e-15)
+    np.testing.assert_allclose(there.vertices, np.add(tool.vertices, (0.1, 0.2, 0.3)), atol=1e-15)
     assert there.surface.normals is tool.surface.normals
     turned = tool.turned((0.0, 1.0, 0.0), math.pi / 2)  # z goes to x
     np.testing.assert_allclose(turned.vertices[:, 0], tool.vertices[:, 2], atol=1e-15)
-    np.testing.assert_allclose(turned.surface.normals[..., 0], tool.surface.normals[..., 2], atol=1e-15)
+    np.testing.assert_allclose(
+        turned.surface.normals[..., 0], tool.surface.normals[..., 2], atol=1e-15
+    )
     facing = (turned.surface.mesh.face_normals[:, None] * turned.surface.normals).sum(axis=2)
     assert (facing > 0.98).all()
 
@@ -206,7 +237,8 @@ def test_mesh_files_come_with_a_scale(tmp_path):
         (lambda: Tool.from_mesh("it", trimesh.creation.box(), scale=0.0), "scale = 0.0"),
         (
             lambda: Tool.from_mesh(
-                "it", trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False)
+                "it",
+                trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False),
             ),
             "NaN",
         ),

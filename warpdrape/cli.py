@@ -14,6 +14,8 @@ DONE, FAILED, UNUSABLE = 0, 1, 2
 """Exit status: all went well; the run failed; the input cannot be used."""
 OUT = "runs"
 """Folder, in the current one, that takes a run's folder where ``--out`` is not given."""
+VERIFICATION = f"{OUT}/verification"
+"""… and the one that takes table and figures of ``warpdrape verify``."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -87,6 +89,10 @@ def _parser() -> argparse.ArgumentParser:
     fabrics.add_argument("fabric", metavar="NAME", nargs="?", help="a name, or a .toml file")
     fabrics.add_argument("--plot", metavar="FILE", help="draw its curves to a .png, .pdf or .svg")
     _add_picture(commands)
+    verify = _add(commands, "verify", "check results against closed forms, and print a table")
+    verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
+    verify.add_argument("--out", metavar="DIR", default=VERIFICATION,
+                        help=f"folder for table and figures; {VERIFICATION} if not given")
     _add(commands, "info", "show versions, devices and the kernel cache")
     return parser
 
@@ -208,6 +214,14 @@ def _picture(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _verify(arguments: argparse.Namespace) -> int:
+    from warpdrape.verify import main as verify_main
+    from warpdrape.warp_start import start_warp
+
+    start_warp()
+    return verify_main(arguments.quick, arguments.out)
+
+
 def _info(_: argparse.Namespace) -> int:
     import platform
 
@@ -234,6 +248,7 @@ _COMMANDS = {
     "scenes": _scenes,
     "fabrics": _fabrics,
     "picture": _picture,
+    "verify": _verify,
     "info": _info,
 }
 

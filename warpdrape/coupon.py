@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -36,7 +35,8 @@ COLUMN_LABELS = {
 
 
 def coupon_mesh(
-    width: float, height: float, edge: float, mesh: str, *, warp_angle: float, mesh_angle: float = 0.0
+    width: float, height: float, edge: float, mesh: str, *, warp_angle: float,
+    mesh_angle: float = 0.0,
 ) -> FlatMesh:
     """Mesh a rectangular specimen, centred at the origin.
 
@@ -103,7 +103,8 @@ class Curve:
         abscissa, values = next(iter(self.columns.items()))
         figure = Figure(figsize=(6.4, 4.4), dpi=150, layout="constrained")
         axes = figure.add_subplot()
-        for number, name in enumerate(n for n in self.columns if f"closed_form_{n}" in self.columns):
+        forces = [name for name in self.columns if f"closed_form_{name}" in self.columns]
+        for number, name in enumerate(forces):
             word = name.removesuffix("_n").replace("_", " ")
             color = f"C{number}"
             exact = self.columns[f"closed_form_{name}"]

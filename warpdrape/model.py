@@ -16,6 +16,7 @@ from warpdrape.kernels.tool_contact import ToolContact, ToolSearch, ToolSurfaces
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.motion import Float
 from warpdrape.scene import Scene
+from warpdrape.tool import Tool
 from warpdrape.time_step import LumpedMass, choose_step, lump_masses
 
 SEARCH_BEYOND = 2e-3
@@ -261,10 +262,25 @@ def _tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], Tool
     surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
     open_edges = [open_edge_bits(tool.triangles) for tool in scene.tools] or [np.zeros(0)]
     surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
+    sag = [largest_sag(tool) for tool in scene.tools]
+    surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
     return meshes, surfaces
+
+
+def largest_sag(tool: Tool) -> float:
+    """Bound on the height of a tool's curved surface over its facets [m].
+
+    Over a facet it is Σ w_i w_j c_ij, with c = ½ (x_i − x_j)·(n_i − n_j) along each edge, and the
+    products of the weights add up to a third at most.
+    """
+    if not tool.surface.exact:
+        return 0.0
+    corners, normals = tool.vertices[tool.triangles], tool.surface.normals
+    turned = np.roll(corners, 1, axis=1) - corners, np.roll(normals, 1, axis=1) - normals
+    return float(np.abs((turned[0] * turned[1]).sum(axis=2)).max() / 6.0)
 
 
 def _floating(scene: Scene, device: str) -> FloatingTools:

@@ -1,4 +1,4 @@
-"""What a verification case reports: a measured value beside the exact one, and how far it may be."""
+"""What a verification case reports: a measured value beside the exact one, and its limit."""
 
 from __future__ import annotations
 

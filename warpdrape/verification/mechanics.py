@@ -93,7 +93,7 @@ def _synchronous_energy(model: Model, state: State) -> float:
 
 
 def time_order() -> CaseResult:
-    """Observed order of the positions, by steps of 1, 1/2 and 1/4 of one size, of a shaken strip."""
+    """Observed order of a shaken strip's positions, by steps of 1, 1/2 and 1/4 of one size."""
     length, cells = 0.1, 10
     fabric = yarn_fabric(1e5, 0.6)
     end = 4.0 * length / math.sqrt(1e5 / 0.6)

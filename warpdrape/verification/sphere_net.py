@@ -14,12 +14,13 @@ from warpdrape.verification.case import CaseResult, absolute
 RADIUS = 0.1
 THICKNESS = 1e-4
 CELL = 1e-3
-HALF_SIDE = 0.072
-"""Half the ply's side [m]: its corners come to about 63° from the pole."""
+HALF_SIDE = 0.08
+"""Half the ply's side [m]: its corners come to about 72° from the pole."""
 FARTHEST = math.radians(60.0)
+RATE_AT = math.radians(40.0)
 
 
-def net_scene(cells: int, *, duration: float = 0.8, stiffness: float = 2e4) -> Scene:
+def net_scene(cells: int, *, duration: float = 0.4, stiffness: float = 2e4) -> Scene:
     """A square net over the pole of a sphere, yarns along its sides, that falls onto it.
 
     Args:
@@ -35,7 +36,8 @@ def net_scene(cells: int, *, duration: float = 0.8, stiffness: float = 2e4) -> S
     pole = Clamp(name="pole", ply="net", where=lambda p: np.hypot(p[:, 0], p[:, 1]) < 1e-9)
     return Scene(
         name="sphere_net", plies=[ply], tools=[Tool.sphere(radius=RADIUS, facet=2.5e-3)],
-        clamps=[pole], duration=duration, friction=0.0, numerics=Numerics(damping=12.0),
+        clamps=[pole], duration=duration, friction=0.0,
+        numerics=Numerics(damping=12.0, search_slide=5e-4),
     )
 
 
@@ -59,18 +61,21 @@ def diagonal_shear(result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def sphere_net(quick: bool) -> list[CaseResult]:
-    """Largest error of the shear angle along the bias diagonal, on two meshes or three."""
+    """Largest error of the shear angle along the bias diagonal, and how it falls at 40°.
+
+    The cell at the ply's corner is left out: it has no neighbour to hold its triangles' own mode.
+    """
     cases, errors = [], []
-    meshes = (12, 24) if quick else (12, 24, 48)
+    meshes = (8, 16) if quick else (8, 16, 32)
     for cells in meshes:
         polar, measured, exact = diagonal_shear(net_scene(cells).run(frames=10))
-        near = polar <= FARTHEST
-        worst = np.argmax(np.abs(measured - exact) * near)
-        errors.append(float(np.abs(measured - exact)[near].max()))
+        inside = (polar <= FARTHEST) & (np.arange(len(polar)) < len(polar) - 1)
+        worst = int(np.argmax(np.abs(measured - exact) * inside))
+        errors.append(float(np.interp(RATE_AT, polar, measured - exact)))
         cases.append(absolute(
-            f"net on a sphere, {cells} cells, worst at {math.degrees(polar[worst]):.0f}° from the pole",
+            f"net on a sphere, {cells} cells: shear up to 60° from the pole, at its worst",
             math.degrees(measured[worst]), math.degrees(exact[worst]), 1.0, "°",
         ))
     rate = math.log(errors[0] / errors[-1]) / math.log(meshes[-1] / meshes[0])
-    cases.append(absolute("net on a sphere, rate of convergence", rate, 2.0, 1.0))
+    cases.append(absolute("net on a sphere: rate of convergence", rate, 2.0, 0.5))
     return cases

@@ -1,0 +1,78 @@
+"""Coulomb friction: a block on an incline, a rope over a drum."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpdrape import Clamp, Numerics, Path, Ply, Scene, Tool, lay_up
+from warpdrape.verification.case import CaseResult, absolute, relative
+from warpdrape.verification.strip import yarn_fabric
+
+GRAVITY = 9.81
+DRUM = 0.05
+EDGE = 5e-3
+
+
+def _slide(friction: float, angle: float, duration: float) -> float:
+    """Way [m] that a patch slides down a plate; gravity is tilted in place of the plate."""
+    ply = Ply.rectangle("block", yarn_fabric(1e5, 0.6), 0.02, cells=2)
+    scene = Scene(
+        name="incline", plies=lay_up([ply]), tools=[Tool.plate(width=0.5, height=0.5)],
+        duration=duration, friction=friction,
+        gravity=(GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle)),
+    )
+    formed = scene.run(frames=4).plies[0]
+    return float((formed.points - formed.rest_points)[:, 0].mean())
+
+
+def incline() -> list[CaseResult]:
+    """Above the angle of friction g (sin α − μ cos α) t²/2; below it nothing moves."""
+    friction, angle, duration = 0.2, 0.35, 0.03
+    exact = 0.5 * GRAVITY * (math.sin(angle) - friction * math.cos(angle)) * duration**2
+    stuck = _slide(friction, 0.95 * math.atan(friction), 0.1)
+    return [
+        relative("incline: way slid in 30 ms", _slide(friction, angle, duration), exact, 5e-3, "m"),
+        absolute("incline: creep below the angle of friction in 0.1 s", stuck, 0.0, 1e-6, "m"),
+    ]
+
+
+def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
+    """Tension ratio e^{μφ} of a strip wound round a drum by involutes, then pulled at one end."""
+    half, strain, duration, winding = 0.12, 0.03, 0.04, 0.6
+    cloth = yarn_fabric(3e5, 0.7)
+    radius = DRUM + 0.5 * cloth.thickness
+    u = np.linspace(0.0, 1.0, 61)
+    turned = 0.5 * wrap * (3.0 * u**2 - 2.0 * u**3)
+    free = half - radius * turned
+    x = radius * np.sin(turned) + free * np.cos(turned) - half
+    z = radius * (np.cos(turned) - 1.0) - free * np.sin(turned)
+    pull = np.linspace(0.0, 1.0, 31)[1:]
+    times = duration * np.concatenate([winding * u, winding + (1.0 - winding) * pull])
+    stretch = 2.0 * half * strain * (3.0 * pull**2 - 2.0 * pull**3)
+    clamps = []
+    for name, side in (("held", -1.0), ("pulled", 1.0)):
+        outward = np.array([side * math.cos(0.5 * wrap), 0.0, -math.sin(0.5 * wrap)])
+        laid = np.column_stack([side * x, 0.0 * x, z])
+        further = laid[-1] + (stretch if name == "pulled" else 0.0 * pull)[:, None] * outward
+        clamps.append(Clamp(
+            name=name, ply="rope", follow=outward,
+            motion=Path(times=times, positions=np.concatenate([laid, further])),
+            where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
+        ))
+    scene = Scene(
+        name="capstan", clamps=clamps, duration=duration, friction=friction,
+        plies=[Ply.rectangle("rope", cloth, 2.0 * half, EDGE, edge=EDGE, mesh="grid")],
+        tools=[Tool.drum(radius=DRUM, length=3 * EDGE, facet=EDGE).moved((0.0, 0.0, -radius))],
+        gravity=(0.0, 0.0, 0.0), numerics=Numerics(damping=300.0),
+    )
+    history = scene.run(frames=20).history
+    ratio = float(np.mean(history["pulled_force_n"][-4:] / history["held_force_n"][-4:]))
+    return relative("capstan: tension ratio, μ = 0.3 over 180°", ratio,
+                    math.exp(friction * wrap), 0.01)
+
+
+def friction(quick: bool) -> list[CaseResult]:
+    """All cases of this file."""
+    return [*incline(), capstan()]

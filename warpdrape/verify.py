@@ -1,0 +1,118 @@
+"""``warpdrape verify``: every case with a known answer, as a table, with figures."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from warpdrape.errors import InputError
+from warpdrape.verification.case import CaseResult
+
+TABLE = "verification.md"
+RECORD = "verification.json"
+FIGURE = "verification.png"
+HEADINGS = ("case", "measured", "exact", "error", "limit", "")
+
+
+def verify(
+    quick: bool, out: str | os.PathLike, show: Callable[[CaseResult], None] | None = None
+) -> list[CaseResult]:
+    """Run the cases and write table, record and figures to a folder.
+
+    Args:
+        quick: coarse meshes and fewer of them, in less than a minute.
+        out: the folder; made if it is not there.
+        show: called with every result as it comes.
+
+    Returns:
+        All results; ``passed`` says of each how it went.
+    """
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"out = {folder} cannot be made ({error.strerror}): give another folder"
+        ) from error
+    results = []
+    for group in _groups(quick, folder):
+        for result in group:
+            results.append(result)
+            if show is not None:
+                show(result)
+    (folder / TABLE).write_text(markdown(results), encoding="utf-8")
+    record = [asdict(result) | {"passed": result.passed} for result in results]
+    (folder / RECORD).write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    _draw(results, folder / FIGURE)
+    return results
+
+
+def main(quick: bool, out: str | os.PathLike) -> int:
+    """Verify, print the table as it grows, and return the exit status: 0 if every case passes."""
+    started = time.perf_counter()
+    print(_line(HEADINGS))
+    results = verify(quick, out, lambda result: print(_line(_cells(result)), flush=True))
+    failed = sum(not result.passed for result in results)
+    took = time.perf_counter() - started
+    words = "all within their limits" if not failed else f"{failed} OUTSIDE THEIR LIMITS"
+    print(f"\n{len(results)} checks, {words}; {took:.0f} s; table and figures in {out}")
+    return 1 if failed else 0
+
+
+def _groups(quick: bool, folder: Path) -> Iterator[Sequence[CaseResult]]:
+    """The cases, a group at a time; the cheap ones first."""
+    from warpdrape.verification import coupons, friction, invariance, mechanics, sphere_net
+
+    yield mechanics.mechanics(quick)
+    yield friction.friction(quick)
+    yield invariance.invariance(quick)
+    yield coupons.biaxial_tension(quick, folder)
+    yield coupons.picture_frame(quick, folder)
+    yield coupons.bias_extension(quick)
+    yield sphere_net.sphere_net(quick)
+
+
+def markdown(results: Sequence[CaseResult]) -> str:
+    """The table of the documentation."""
+    rows = [HEADINGS, ("---",) * len(HEADINGS), *(_cells(result) for result in results)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
+
+
+def _cells(result: CaseResult) -> tuple[str, ...]:
+    unit = "" if result.unit == "-" else f" {result.unit}"
+    suffix = "" if result.relative else unit
+
+    def off(value: float) -> str:
+        return f"{100.0 * value:.2g} %" if result.relative else f"{value:.2g}{suffix}"
+
+    return (
+        result.case, f"{result.measured:.6g}{unit}", f"{result.exact:.6g}{unit}",
+        off(result.error), off(result.limit), "ok" if result.passed else "FAILED",
+    )
+
+
+def _line(cells: Sequence[str]) -> str:
+    widths = (72, 16, 16, 11, 9, 6)
+    first, *others = (f"{c:{w}}" for c, w in zip(cells, widths, strict=True))
+    return f"{first} {' '.join(others)}".rstrip()
+
+
+def _draw(results: Sequence[CaseResult], path: Path) -> None:
+    """Draw every error over its limit, on one logarithmic scale."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 1.0 + 0.22 * len(results)), dpi=120, layout="constrained")
+    axes = figure.add_subplot()
+    used = [max(result.error / result.limit, 1e-9) for result in results]
+    colors = ["C0" if result.passed else "C3" for result in results]
+    axes.barh(range(len(results)), used, left=1e-9, color=colors, height=0.6)
+    axes.set_yticks(range(len(results)), [result.case for result in results], fontsize=7)
+    axes.axvline(1.0, color="k", lw=1)
+    axes.set_xscale("log")
+    axes.invert_yaxis()
+    axes.set_xlabel("error over limit")
+    figure.savefig(path)
