@@ -1,0 +1,103 @@
+"""The bundled scenes, run coarse; the full ones are slow. Numbers: issue text and the paper."""
+
+import numpy as np
+import pytest
+from contact_oracle import heights
+
+from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
+
+THICKNESS = 6e-4
+DEEPEST = 5e-5  # 0.05 mm, more than 5 % of the ply thickness
+
+
+def assert_nothing_passed_through(scene, result, slack):
+    """Vertices stand off the tools' facets by half a thickness, and on their side of every ply."""
+    moved = {tool["name"]: tool["displacement_m"] for tool in result.summary["tools"]}
+    for tool in scene.tools:
+        shift = {"punch": -moved.get("punch", 0.0), "holder": -moved.get("holder", 0.0)}
+        corners = tool.vertices[tool.triangles] + [0.0, 0.0, shift.get(tool.name, 0.0)]
+        for ply in result.plies:
+            near = np.abs(ply.points[:, :2]).max(axis=1) < np.abs(corners).max()
+            height = heights(ply.points[near], corners)
+            close = np.abs(height) < 5.0 * THICKNESS
+            assert np.nanmin(height[close], initial=1.0) > 0.5 * THICKNESS - slack
+    for low, high in zip(result.plies, result.plies[1:], strict=False):
+        above = heights(high.points, low.points[low.triangles])
+        below = heights(low.points, high.points[high.triangles])
+        close = np.abs(above) < 4.0 * THICKNESS, np.abs(below) < 4.0 * THICKNESS
+        assert np.isfinite(above).sum() > 0.5 * len(above)
+        assert above[close[0]].min() > 0.0
+        assert below[close[1]].max() < 0.0
+
+
+def assert_sound(result):
+    """What every forming run must show."""
+    summary = result.summary
+    assert summary["status"] == "completed", summary["message"]
+    assert summary["energy_error"] < 0.02
+    assert summary["max_penetration_m"] < DEEPEST
+    assert summary["added_mass_kg"] == 0.0
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 45.0])
+def test_a_coarse_hemisphere_is_sound(angle_deg):
+    scene = hemisphere.build(angle_deg=angle_deg, cells=10, duration=0.03)
+    result = scene.run(frames=10)
+    assert_sound(result)
+    assert_nothing_passed_through(scene, result, slack=DEEPEST)
+    holder = next(tool for tool in result.summary["tools"] if tool["name"] == "holder")
+    assert holder["force_n"] == pytest.approx(100.0, rel=0.05)
+    (ply,) = result.plies
+    assert 30.0 < ply.max_shear_deg < 60.0
+    # Yarns hardly stretch and so draw the edge in along them; between them shear gives way.
+    drawn = result.summary["plies"][0]["draw_in_m"]
+    assert drawn["warp"] == pytest.approx(drawn["weft"], rel=0.02)
+    assert drawn["warp"] > 1.5 * drawn["bias"] > 0.0
+
+
+def test_coarse_three_plies_keep_their_order():
+    scene = three_ply_hemisphere.build(cells=8, travel=0.03, duration=0.04)
+    result = scene.run(frames=10)
+    assert result.summary["status"] == "completed", result.summary["message"]
+    assert_nothing_passed_through(scene, result, slack=DEEPEST)
+    assert result.summary["central_ply"]["paper_max_shear_deg"] == 46.0
+    slip = {(e["vertices_of"], e["on"]): e["max_slip_m"] for e in result.summary["interfaces"]}
+    assert slip["ply_1", "ply_0"] > 5e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle_deg", [0.0, 45.0])
+def test_the_hemisphere_is_quasi_static(angle_deg):
+    scene = hemisphere.build(angle_deg=angle_deg)
+    result = scene.run()
+    assert_sound(result)
+    assert_nothing_passed_through(scene, result, slack=DEEPEST)
+    assert result.summary["quasi_static"]
+    holder = next(tool for tool in result.summary["tools"] if tool["name"] == "holder")
+    assert holder["force_n"] == pytest.approx(100.0, rel=0.05)
+
+
+@pytest.mark.slow
+def test_three_plies_as_in_the_paper():
+    scene = three_ply_hemisphere.build()
+    result = scene.run()
+    assert_sound(result)
+    assert_nothing_passed_through(scene, result, slack=DEEPEST)
+    assert result.summary["quasi_static"]
+    assert 42.0 < result.ply("ply_1").max_shear_deg < 54.0  # the paper: 46°
+    holder = next(tool for tool in result.summary["tools"] if tool["name"] == "holder")
+    assert holder["force_n"] == pytest.approx(100.0, rel=0.1)
+
+
+def drape(case, **parameters):
+    """Measures of a coarse sheet on the table."""
+    result = circular_table.build(case=case, **parameters).run(frames=4)
+    assert result.summary["status"] == "completed", result.summary["message"]
+    return result.summary["table"]
+
+
+def test_without_shear_stiffness_the_sheet_drapes_by_shear():
+    fabric = drape("fabric", cells=16, duration=0.5)
+    free = drape("no_shear", cells=16, duration=0.5)
+    assert free["corner_shear_deg"] > 10.0 * fabric["corner_shear_deg"]
+    assert free["corner_drop_m"] > fabric["corner_drop_m"] > 0.1
