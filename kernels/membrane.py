@@ -320,4 +320,6 @@ def measure_isotropic(
     stress = membrane_stress(law, measure_strain)
     strain[t] = triangle_strain(k1, k2)
     line_tension[t] = wp.vec2d(stress[0], stress[1])
-    energy[t] = wp.vec3d(areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0))
+    energy[t] = wp.vec3d(
+        areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0)
+    )

@@ -1,8 +1,8 @@
 """Contact between plies: each ply's vertices against the other's triangles, stacking order kept.
 
 `find_ply_contacts` runs every few steps with Warp's mesh query; `add_ply_forces` runs every step on
-the triangle, weights and normal it found. A contact is a vertex of one ply and a triangle of another;
-`side` is +1 where the vertex's ply lies above the triangle's, so that it can never change sides.
+the triangle, weights and normal it found. A contact is a vertex of one ply and a triangle of
+another; `side` is +1 where the vertex's ply lies above the triangle's, so that it can never change sides.
 """
 
 import warp as wp
@@ -88,10 +88,10 @@ def find_ply_contacts(
     """Find the nearest triangle of another ply; one thread a vertex.
 
     The gap is the distance to the facet less the sag of the curved surface over it, along its own
-    gradient. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down past
-    the mid-surface, so that a vertex that has slid off climbs back onto the right side. When the gap
-    would jump to a deeper penetration (facets change, a vertex comes back over a border) the
-    difference is allowed for and fades, so that forces stay continuous.
+    gradient. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
+    past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
+    the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
+    the difference is allowed for and fades, so that forces stay continuous.
 
     Args:
         faces: the searched ply.
@@ -219,9 +219,7 @@ def add_ply_forces(
     inverse = wp.float64(1.0) / mass[i] + (
         w[0] * w[0] / mass[a] + w[1] * w[1] / mass[b] + w[2] * w[2] / mass[c]
     )
-    t = contact_traction(
-        law, wp.float64(1.0) / inverse, friction, gap, normal, velocity, old
-    )
+    t = contact_traction(law, wp.float64(1.0) / inverse, friction, gap, normal, velocity, old)
     springs[slot] = t.spring
     stored[slot] = t.stored
     slip[slot] += t.slip

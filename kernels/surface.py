@@ -1,9 +1,12 @@
 """Facets of tools and plies as contact sees them: nearest points, and the curved surface over them.
 
-Over a facet with corner normals n_i the surface is p*(w) = p + β Σ w_i ((x_i − p)·n_i) n_i, p = Σ w_i x_i:
-a share β of the mean projection on the corners' tangent planes. With β = 1/2 and normals of a smooth
-surface it is exact to second order; with β = 0 it is the flat facet. Its own normal makes the gap
-fall and rise just as the contact force pushes, so that sliding over facets creates no energy.
+Tools: over a facet with corner normals n_i the surface is p*(w) = p + β Σ w_i ((x_i − p)·n_i) n_i,
+p = Σ w_i x_i, a share β of the mean projection on the corners' tangent planes. With β = 1/2 and
+normals of a smooth surface it is exact to second order. Its own normal makes the gap fall and rise
+just as the contact force pushes, so that sliding over facets creates no energy.
+
+Plies, which fold: only the height of that surface over the facet is used, Σ w_i w_j c_ij with
+c_ij = ½ (x_i − x_j)·(n_i − n_j) the sag of an edge. It is the same for both facets at an edge.
 """
 
 import warp as wp

@@ -81,9 +81,7 @@ def find_tool_contacts(
     if clearance[tool, i] - wp.length(at - asked_at[tool, i]) > near:
         return
     asked_at[tool, i] = at
-    query = wp.mesh_query_point_no_sign(
-        surfaces.meshes[tool], to_single(at), float(search.radius)
-    )
+    query = wp.mesh_query_point_no_sign(surfaces.meshes[tool], to_single(at), float(search.radius))
     if not query.result:
         clearance[tool, i] = search.radius - surfaces.sag[tool]
         contacts[tool, i].near = 0

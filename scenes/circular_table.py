@@ -13,10 +13,10 @@ CELL = 1 * mm
 YARN_STIFFNESS = 2000.0
 """Line stiffness of both yarn families [N/m]: the weight strains them by less than 0.1 %."""
 SHEET_STIFFNESS = 20000.0
-"""Young's modulus times thickness of the isotropic sheet [N/m]; a sheet of paper has ten times more.
+"""Young's modulus times thickness of the isotropic sheet [N/m]; paper has ten times more.
 
-A flat isotropic sheet can follow a table only by sharp folds; the softer it is against its weight, the
-more it gives way beside them, and so hides what the case is to show.
+A flat isotropic sheet can follow a table only by sharp folds; the softer it is against its weight,
+the more it gives way beside them, and so hides what the case is to show.
 """
 SHEAR_STIFFNESS = 20.0
 """Initial shear stiffness dC/dγ per area [N/m]: a hundredth of the yarns', 40 times the weight."""
@@ -80,9 +80,9 @@ def drape_measures(result: Result, table_radius: float) -> dict[str, float]:
     """Corner drop, shear in the corners, and how much the overhang wrinkles.
 
     Returns:
-        ``corner_drop_m`` and ``side_drop_m``: how far the corners, the middles of the sides hang down;
+        ``corner_drop_m`` and ``side_drop_m``: how far corners and middles of the sides hang down;
         ``corner_shear_deg``: mean shear angle of the triangles nearest to the corners;
-        ``wrinkle_angle_deg``: root mean square angle between neighbouring triangles of the overhang.
+        ``wrinkle_angle_deg``: root mean square angle between neighbours in the overhang.
     """
     ply = result.plies[0]
     flat = ply.rest_points[:, :2]

@@ -49,7 +49,11 @@ def build(
     parameters = dict(locals())
     plies = [
         Ply.rectangle(
-            f"ply_{k}", fabric, blank_size, cells=cells, mesh=mesh,
+            f"ply_{k}",
+            fabric,
+            blank_size,
+            cells=cells,
+            mesh=mesh,
             warp_angle=(angle_deg + angle) * deg,
         )
         for k, angle in enumerate(ANGLES_DEG)

@@ -6,8 +6,8 @@ import numpy as np
 def nearest_on_triangles(points, corners, k=12):
     """Nearest point of a triangle soup to each point, among the k triangles of nearest centroid.
 
-    Returns the points [m], shape (n, 3), the triangles, shape (n,), and whether the nearest point lies
-    inside its triangle, off all edges, shape (n,).
+    Returns the points [m], shape (n, 3), the triangles, shape (n,), and whether the nearest point
+    lies inside its triangle, off all edges, shape (n,).
     """
     from scipy.spatial import cKDTree
 
@@ -47,7 +47,7 @@ def _nearest_on_triangle(p, corners):
 
 
 def heights(points, corners, k=12):
-    """Signed distance [m] of points whose nearest point lies inside a triangle; NaN for the others."""
+    """Signed distance [m] of points whose nearest point lies inside a triangle; NaN for others."""
     nearest, triangle, inside = nearest_on_triangles(points, corners, k)
     a, b, c = corners[triangle, 0], corners[triangle, 1], corners[triangle, 2]
     normal = np.cross(b - a, c - a)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import warp as wp
 from law_checks import PLAIN, SPACING, UNEQUAL, assert_tension_is_gradient, away_from, fabric
-from warpdrape.kernels import crimp
 
 from warpdrape.errors import InputError
 from warpdrape.fabric import Fabric
+from warpdrape.kernels import crimp
 from warpdrape.law_curves import sample_tensions
 from warpdrape.law_data import tension_struct
 from warpdrape.laws import CrimpInterchange, LinearTension

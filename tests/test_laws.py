@@ -15,9 +15,9 @@ from law_checks import (
     energy_slope,
     fabric,
 )
-from warpdrape.kernels import shear, tension
 
 from warpdrape.errors import InputError
+from warpdrape.kernels import shear, tension
 from warpdrape.law_curves import sample_couples, sample_tensions
 from warpdrape.law_data import (
     initial_shear_stiffness,

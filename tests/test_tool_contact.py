@@ -139,8 +139,6 @@ def test_points_not_asked_anew_are_never_missed(device):
     assert asked < 0.7 * 120 * len(x)
 
 
-
-
 @pytest.mark.parametrize("facet", [3e-3, 7.8e-3])
 def test_facets_that_lie_deep_inside_the_surface_hide_no_contact(facet, device):
     # Straight down on the facets' middles, from where a query just finds nothing.

@@ -13,14 +13,14 @@ def draw_in(ply: Ply, points: np.ndarray) -> dict[str, float]:
     """Draw-in [m] of the edge points that lay in eight directions from the blank's centre.
 
     The draw-in of a point of the edge is how much nearer, seen from above, it has come to where the
-    blank's centre was. Directions are those of the flat blank: along the yarns and half-way between.
+    blank's centre was. Directions are those of the flat blank: along the yarns and between them.
 
     Args:
         ply: the flat ply.
         points: formed positions [m], shape [n, 3].
 
     Returns:
-        ``warp_plus``, ``warp_minus``, ``weft_plus``, … and the means ``warp``, ``weft`` and ``bias``.
+        ``warp_plus``, ``warp_minus``, ``weft_plus``, … and the means ``warp``, ``weft``, ``bias``.
         A direction in which the edge is not met (a hole, a blank off centre) is left out.
     """
     flat = np.asarray(ply.mesh.vertices)

@@ -52,7 +52,9 @@ class Energies:
     @property
     def largest(self) -> float:
         """Size of the largest term [J]."""
-        return max(abs(self.external_work), self.internal, self.kinetic, self.friction, self.damping)
+        return max(
+            abs(self.external_work), self.internal, self.kinetic, self.friction, self.damping
+        )
 
 
 def measure_membranes(model: Model, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -68,8 +70,13 @@ def measure_membranes(model: Model, state: State) -> tuple[np.ndarray, np.ndarra
         tension = wp.empty(n, dtype=wp.vec2d, device=model.device)
         energy = wp.empty(n, dtype=wp.vec3d, device=model.device)
         kernel, count, inputs = membrane.measurement
-        wp.launch(kernel, count, inputs=[*inputs, state.x], outputs=[strain, tension, energy],
-                  device=model.device)
+        wp.launch(
+            kernel,
+            count,
+            inputs=[*inputs, state.x],
+            outputs=[strain, tension, energy],
+            device=model.device,
+        )
         strains.append(strain.numpy())
         tensions.append(tension.numpy())
         energies.append(energy.numpy())

@@ -32,7 +32,9 @@ def positive(name: str, value: Any, *, unit: str = "", zero: bool = False) -> fl
 def finite(name: str, value: Any, *, unit: str = "") -> float:
     """Return ``value`` as a float; raise `InputError` unless it is one finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise InputError(f"{name} = {value!r} must be a number {f'[{unit}]' if unit else ''}".strip())
+        raise InputError(
+            f"{name} = {value!r} must be a number {f'[{unit}]' if unit else ''}".strip()
+        )
     if not math.isfinite(value):
         raise InputError(f"{name} = {value!r} must be finite")
     return float(value)

@@ -77,7 +77,9 @@ def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
     if isinstance(fabric.tension, IsotropicMembrane):
         sheet = fabric.tension
         stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
-        return highest_frequency_squared(gradients, fabric.areal_density, (stiffness,) * 2, stiffness)
+        return highest_frequency_squared(
+            gradients, fabric.areal_density, (stiffness,) * 2, stiffness
+        )
     shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
     yarns = tension_stiffness(fabric)
     stabiliser = stabiliser_stiffness(fabric, numerics)
@@ -91,7 +93,9 @@ def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
     return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
 
 
-def build_membrane(ply: Ply, numerics: Numerics, vertex: int, triangle: int, device: str) -> Membrane:
+def build_membrane(
+    ply: Ply, numerics: Numerics, vertex: int, triangle: int, device: str
+) -> Membrane:
     """Put a ply's triangles on a device.
 
     Args:
@@ -116,8 +120,14 @@ def build_membrane(ply: Ply, numerics: Numerics, vertex: int, triangle: int, dev
     else:
         loads, measurement = _yarn_launches(ply, numerics, vertex, common, gradients, areas, device)
     return Membrane(
-        vertex, len(ply.mesh.vertices), triangle, len(flat), *common, fabric.yarn_angle,
-        loads, measurement,
+        vertex,
+        len(ply.mesh.vertices),
+        triangle,
+        len(flat),
+        *common,
+        fabric.yarn_angle,
+        loads,
+        measurement,
     )
 
 
@@ -180,10 +190,15 @@ def pair_gradients(
     i, j, k = (ta[rows, (tip + s) % 3] for s in (1, 2, 0))
     tip_b = np.argmin((tb[:, :, None] == ta[:, None, :]).any(2), axis=1)
     quads = np.column_stack([i, j, k, tb[rows, tip_b]])
-    full = np.stack([
-        np.column_stack([-gradients[:, c] - gradients[:, c + 1], gradients[:, c], gradients[:, c + 1]])
-        for c in (0, 2)
-    ], 1)  # D[triangle, family, corner]
+    full = np.stack(
+        [
+            np.column_stack(
+                [-gradients[:, c] - gradients[:, c + 1], gradients[:, c], gradients[:, c + 1]]
+            )
+            for c in (0, 2)
+        ],
+        1,
+    )  # D[triangle, family, corner]
     in_a, in_b = full[pairs[:, 0]], full[pairs[:, 1]]
     da = [in_a[rows, family, (tip + s) % 3] for family in (0, 1) for s in (2, 0)]
     # In b, counter-clockwise: tip l, then j, then i, as b runs along the shared edge from j to i.

@@ -1,4 +1,4 @@
-"""What a run computes with: `Model`, the arrays that never change, and `State`, what a restart needs."""
+"""What a run computes with: `Model`, arrays that never change, and `State`, what a restart needs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from warpdrape.kernels.tool_contact import ToolContact, ToolSearch, ToolSurfaces
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.motion import Float
 from warpdrape.scene import Scene
-from warpdrape.tool import Tool
 from warpdrape.time_step import LumpedMass, choose_step, lump_masses
+from warpdrape.tool import Tool
 
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
@@ -174,7 +174,9 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         for ply, v, t in zip(scene.plies, vertices, triangles, strict=False)
     )
     half = [np.full(len(p.mesh.vertices), 0.5 * p.fabric.thickness) for p in scene.plies]
-    numbered = np.concatenate([p.mesh.triangles + v for p, v in zip(scene.plies, vertices, strict=False)])
+    numbered = np.concatenate(
+        [p.mesh.triangles + v for p, v in zip(scene.plies, vertices, strict=False)]
+    )
     query_meshes = tuple(
         wp.Mesh(
             wp.array(ply.rest_points, dtype=wp.vec3f, device=device),
@@ -196,7 +198,8 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         triangles=wp.array(numbered, dtype=wp.int32, device=device),
         open_edges=wp.array(
             np.concatenate([open_edge_bits(p.mesh.triangles) for p in scene.plies]),
-            dtype=wp.int32, device=device,
+            dtype=wp.int32,
+            device=device,
         ),
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
@@ -290,7 +293,9 @@ def _floating(scene: Scene, device: str) -> FloatingTools:
     floating.floats = wp.array(floats, dtype=wp.int32, device=device)
     axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]
     floating.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
-    floating.mass = wp.array([m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device)
+    floating.mass = wp.array(
+        [m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device
+    )
     damping = [m.damping if m else 0.0 for m in motions]
     floating.damping = wp.array(damping, dtype=wp.float64, device=device)
     return floating

@@ -68,10 +68,19 @@ class Ply:
         return np.column_stack([flat, np.full(len(flat), self.z)])
 
     @classmethod
-    def rectangle(cls, name: str, fabric: Fabric | str, width: float,
-                  height: float | None = None, *, cells: int | None = None,
-                  edge: float | None = None, mesh: str = "aligned", warp_angle: float = 0.0,
-                  z: float = 0.0) -> Ply:
+    def rectangle(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        width: float,
+        height: float | None = None,
+        *,
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
         """Make a rectangular blank centred at the origin.
 
         Args:
@@ -89,23 +98,49 @@ class Ply:
         return cls._meshed(name, fabric, outline, cells, edge, mesh, warp_angle, z)
 
     @classmethod
-    def disc(cls, name: str, fabric: Fabric | str, radius: float, *, cells: int | None = None,
-             edge: float | None = None, mesh: str = "aligned", warp_angle: float = 0.0,
-             z: float = 0.0) -> Ply:
+    def disc(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        radius: float,
+        *,
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
         """Make a round blank centred at the origin; arguments as for `rectangle`."""
         return cls._meshed(name, fabric, Disc(radius), cells, edge, mesh, warp_angle, z)
 
     @classmethod
-    def polygon(cls, name: str, fabric: Fabric | str, points: Sequence[Sequence[float]], *,
-                holes: Sequence[Sequence[Sequence[float]]] = (), cells: int | None = None,
-                edge: float | None = None, mesh: str = "aligned", warp_angle: float = 0.0,
-                z: float = 0.0) -> Ply:
+    def polygon(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        points: Sequence[Sequence[float]],
+        *,
+        holes: Sequence[Sequence[Sequence[float]]] = (),
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
         """Make a blank from a polygon [m] with holes; other arguments as for `rectangle`."""
         return cls._meshed(name, fabric, Polygon(points, holes), cells, edge, mesh, warp_angle, z)
 
     @classmethod
-    def from_file(cls, name: str, fabric: Fabric | str, path: str | os.PathLike, *,
-                  scale: float = 1.0, warp_angle: float = 0.0, z: float = 0.0) -> Ply:
+    def from_file(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        path: str | os.PathLike,
+        *,
+        scale: float = 1.0,
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
         """Make a blank from a flat triangle mesh in any file that trimesh reads.
 
         Args:

@@ -52,8 +52,14 @@ class FormedPly:
     def frame(self) -> PlyFrame:
         """What the animation shows of it."""
         return PlyFrame(
-            self.points, self.warp, self.weft, self.shear_angle_deg,
-            self.strain[:, 0], self.strain[:, 1], self.line_tension[:, 0], self.line_tension[:, 1],
+            self.points,
+            self.warp,
+            self.weft,
+            self.shear_angle_deg,
+            self.strain[:, 0],
+            self.strain[:, 1],
+            self.line_tension[:, 0],
+            self.line_tension[:, 1],
         )
 
 
@@ -101,8 +107,17 @@ def read_plies(
         triangles = np.asarray(ply.mesh.triangles)
         warp, weft, shear = yarn_state(ply, points)
         formed.append(
-            FormedPly(ply.name, ply.rest_points, points, triangles, warp, weft, shear,
-                      strains[of_ply].copy(), tensions[of_ply].copy())
+            FormedPly(
+                ply.name,
+                ply.rest_points,
+                points,
+                triangles,
+                warp,
+                weft,
+                shear,
+                strains[of_ply].copy(),
+                tensions[of_ply].copy(),
+            )
         )
     return tuple(formed)
 

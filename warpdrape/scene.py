@@ -58,15 +58,18 @@ class Clamp:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""
         chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
         if chosen.dtype == bool and chosen.shape != (len(points),):
-            raise InputError(f"clamp {self.name!r}: its mask has shape {chosen.shape}, not "
-                             f"({len(points)},), one for each vertex of ply {self.ply!r}")
+            raise InputError(
+                f"clamp {self.name!r}: its mask has shape {chosen.shape}, not "
+                f"({len(points)},), one for each vertex of ply {self.ply!r}"
+            )
         index = np.flatnonzero(chosen) if chosen.dtype == bool else chosen.astype(int)
         if index.size == 0:
             raise InputError(f"clamp {self.name!r} holds no vertex of ply {self.ply!r}")
         if index.min() < 0 or index.max() >= len(points):
             odd = index[(index < 0) | (index >= len(points))][0]
             raise InputError(
-                f"clamp {self.name!r}: ply {self.ply!r} has no vertex {odd}, only 0..{len(points) - 1}"
+                f"clamp {self.name!r}: ply {self.ply!r} has no vertex {odd}, "
+                f"only 0..{len(points) - 1}"
             )
         return index
 
@@ -109,8 +112,10 @@ class Numerics:
         positive("contact_damping", self.contact_damping, zero=True)
         positive("search_slide", self.search_slide, unit="m")
         if not 0.0 < positive("contact_share", self.contact_share) <= 0.2:
-            raise InputError(f"contact_share = {self.contact_share} must not exceed 0.2: it is the "
-                             "penalty stiffness over m/Δt², and contacts of one vertex add up")
+            raise InputError(
+                f"contact_share = {self.contact_share} must not exceed 0.2: it is the "
+                "penalty stiffness over m/Δt², and contacts of one vertex add up"
+            )
         if not 0.0 < positive("safety", self.safety) <= 1.0:
             raise InputError(f"safety = {self.safety} must lie in 0 … 1")
         for name in ("time_step", "minimum_time_step"):
@@ -178,8 +183,15 @@ class Scene:
                     "warpdrape.lay_up"
                 )
 
-    def run(self, out: str | os.PathLike | None = None, *, device: str = "cpu", frames: int = 60,
-            overwrite: bool = False, quiet: bool = True) -> Result:
+    def run(
+        self,
+        out: str | os.PathLike | None = None,
+        *,
+        device: str = "cpu",
+        frames: int = 60,
+        overwrite: bool = False,
+        quiet: bool = True,
+    ) -> Result:
         """Compute the scene.
 
         Args:
@@ -215,8 +227,10 @@ def _refuse_millimetres(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
     sizes = [float(np.ptp(np.asarray(ply.mesh.vertices), axis=0).max()) for ply in plies]
     for ply, size in zip(plies, sizes, strict=True):
         if size > LARGEST_PLY:
-            raise InputError(f"ply {ply.name!r} is {size:.4g} m across, more than "
-                             f"{LARGEST_PLY:g} m: give metres, as in 300 * mm")
+            raise InputError(
+                f"ply {ply.name!r} is {size:.4g} m across, more than "
+                f"{LARGEST_PLY:g} m: give metres, as in 300 * mm"
+            )
     for tool in tools:
         if isinstance(tool.motion, Stroke | Path):
             motion = tool.motion

@@ -199,8 +199,13 @@ class Recorder:
         history = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
         model = self._model
         summary = summarise(
-            model, self._contacts, history, self._plies,
-            failure=failure, steps=self.steps, wall=wall,
+            model,
+            self._contacts,
+            history,
+            self._plies,
+            failure=failure,
+            steps=self.steps,
+            wall=wall,
         )
         result = Result(self._plies, summary, history)
         summary["reported"] = []

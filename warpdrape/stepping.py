@@ -36,11 +36,21 @@ def search_contacts(model: Model, state: State) -> None:
     if not model.ply_pairs:
         return
     state.normals.zero_()
-    wp.launch(add_vertex_normals, model.triangles.shape[0], inputs=[model.triangles, state.x],
-              outputs=[state.normals], device=device)
+    wp.launch(
+        add_vertex_normals,
+        model.triangles.shape[0],
+        inputs=[model.triangles, state.x],
+        outputs=[state.normals],
+        device=device,
+    )
     for membrane, mesh in zip(model.membranes, model.query_meshes, strict=True):
-        wp.launch(copy_to_single, membrane.vertex_count, inputs=[membrane.first_vertex, state.x],
-                  outputs=[mesh.points], device=device)
+        wp.launch(
+            copy_to_single,
+            membrane.vertex_count,
+            inputs=[membrane.first_vertex, state.x],
+            outputs=[mesh.points],
+            device=device,
+        )
         mesh.refit()
     reach = near_reach(scene)
     keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
@@ -50,8 +60,19 @@ def search_contacts(model: Model, state: State) -> None:
         wp.launch(
             find_ply_contacts,
             searching.vertex_count,
-            inputs=[pair.faces, number, searching.first_vertex, pair.first_slot, reach, radius, keep,
-                    model.triangles, model.open_edges, state.x, state.normals],
+            inputs=[
+                pair.faces,
+                number,
+                searching.first_vertex,
+                pair.first_slot,
+                reach,
+                radius,
+                keep,
+                model.triangles,
+                model.open_edges,
+                state.x,
+                state.normals,
+            ],
             outputs=[state.ply_contacts, state.ply_deepest, state.ply_jump],
             device=device,
         )
@@ -67,9 +88,17 @@ def step(model: Model, state: State) -> None:
         wp.launch(
             add_ply_forces,
             searching.vertex_count,
-            inputs=[model.contact, scene.ply_friction, pair.faces.thickness,
-                    searching.first_vertex, pair.first_slot, model.mass, state.x, state.v,
-                    state.ply_contacts],
+            inputs=[
+                model.contact,
+                scene.ply_friction,
+                pair.faces.thickness,
+                searching.first_vertex,
+                pair.first_slot,
+                model.mass,
+                state.x,
+                state.v,
+                state.ply_contacts,
+            ],
             outputs=[state.ply_springs, state.f, state.lost, state.ply_stored, state.ply_slip],
             device=device,
         )
@@ -77,28 +106,62 @@ def step(model: Model, state: State) -> None:
         wp.launch(
             add_tool_forces,
             model.mass.shape[0],
-            inputs=[model.contact, model.surfaces.friction, model.offset, model.mass,
-                    state.tool_shift, state.tool_velocity, state.x, state.v, state.tool_contacts],
+            inputs=[
+                model.contact,
+                model.surfaces.friction,
+                model.offset,
+                model.mass,
+                state.tool_shift,
+                state.tool_velocity,
+                state.x,
+                state.v,
+                state.tool_contacts,
+            ],
             outputs=[state.tool_springs, state.f, state.reaction, state.lost, state.tool_stored],
             device=device,
         )
     wp.launch(
         advance_vertices,
         model.mass.shape[0],
-        inputs=[model.medium, model.mass, model.clamp, model.rest, state.clamp_matrix,
-                state.clamp_shift, state.step],
-        outputs=[state.x, state.v, state.f, state.lost, state.clamp_work, state.clamp_force,
-                 state.runaway],
+        inputs=[
+            model.medium,
+            model.mass,
+            model.clamp,
+            model.rest,
+            state.clamp_matrix,
+            state.clamp_shift,
+            state.step,
+        ],
+        outputs=[
+            state.x,
+            state.v,
+            state.f,
+            state.lost,
+            state.clamp_work,
+            state.clamp_force,
+            state.runaway,
+        ],
         device=device,
     )
     if scene.tools:
         wp.launch(
             advance_tools,
             len(scene.tools),
-            inputs=[model.timing.time_step, model.floating, state.tool_path, state.tool_force,
-                    state.step],
-            outputs=[state.tool_shift, state.tool_velocity, state.reaction, state.impulse,
-                     state.tool_work, state.tool_damped],
+            inputs=[
+                model.timing.time_step,
+                model.floating,
+                state.tool_path,
+                state.tool_force,
+                state.step,
+            ],
+            outputs=[
+                state.tool_shift,
+                state.tool_velocity,
+                state.reaction,
+                state.impulse,
+                state.tool_work,
+                state.tool_damped,
+            ],
             device=device,
         )
     wp.launch(count_step, 1, outputs=[state.step], device=device)

@@ -68,8 +68,13 @@ def tool_axis(tool: Tool) -> np.ndarray:
 
 
 def history_row(
-    model: Model, state: State, time: float, steps: int, energies: Energies,
-    plies: Sequence[FormedPly], before: Mapping[str, float] | None = None,
+    model: Model,
+    state: State,
+    time: float,
+    steps: int,
+    energies: Energies,
+    plies: Sequence[FormedPly],
+    before: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
     """One row of ``history.csv``; forces are means over the frame.
 
@@ -232,13 +237,15 @@ def _interfaces(model: Model, contacts: ContactExtremes) -> list[dict]:
     for number, pair in enumerate(model.ply_pairs):
         count = model.membranes[pair.searching].vertex_count
         of_pair = contacts.slip[pair.first_slot : pair.first_slot + count]
-        entries.append({
-            "vertices_of": model.scene.plies[pair.searching].name,
-            "on": model.scene.plies[pair.searched].name,
-            "max_slip_m": float(of_pair.max()),
-            "mean_slip_m": float(of_pair.mean()),
-            "max_penetration_m": float(contacts.ply_deepest[number]),
-        })
+        entries.append(
+            {
+                "vertices_of": model.scene.plies[pair.searching].name,
+                "on": model.scene.plies[pair.searched].name,
+                "max_slip_m": float(of_pair.max()),
+                "mean_slip_m": float(of_pair.mean()),
+                "max_penetration_m": float(contacts.ply_deepest[number]),
+            }
+        )
     return entries
 
 

@@ -36,7 +36,9 @@ class Tool:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"tool name = {self.name!r} must be a plain identifier, such as 'punch'")
+            raise InputError(
+                f"tool name = {self.name!r} must be a plain identifier, such as 'punch'"
+            )
         if not isinstance(self.motion, Still | Stroke | Path | Float):
             raise InputError(f"tool {self.name!r}: motion = {self.motion!r} is not a motion")
         if self.friction is not None:
@@ -45,7 +47,9 @@ class Tool:
         if len(mesh.faces) == 0:
             raise InputError(f"tool {self.name!r}: its mesh has no facets: give it a surface")
         if not np.isfinite(mesh.vertices).all():
-            raise InputError(f"tool {self.name!r}: its mesh holds NaN or infinite vertices: repair it")
+            raise InputError(
+                f"tool {self.name!r}: its mesh holds NaN or infinite vertices: repair it"
+            )
 
     @property
     def vertices(self) -> np.ndarray:
@@ -81,8 +85,14 @@ class Tool:
         return replace(self, surface=replace(self.surface, mesh=mesh, normals=normals))
 
     @classmethod
-    def from_mesh(cls, name: str, source: str | os.PathLike | trimesh.Trimesh, *,
-                  scale: float = 1.0, **options) -> Tool:
+    def from_mesh(
+        cls,
+        name: str,
+        source: str | os.PathLike | trimesh.Trimesh,
+        *,
+        scale: float = 1.0,
+        **options,
+    ) -> Tool:
         """Make a tool from a mesh file or a trimesh; its facets' outside meets the plies.
 
         Args:
@@ -109,8 +119,15 @@ class Tool:
         return cls(name=name, surface=surface, **options)
 
     @classmethod
-    def punch(cls, name: str = "punch", *, radius: float, height: float | None = None,
-              facet: float = 5e-3, **options) -> Tool:
+    def punch(
+        cls,
+        name: str = "punch",
+        *,
+        radius: float,
+        height: float | None = None,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
         """Hemisphere on a cylinder, pole at the origin, pointing down.
 
         Args:
@@ -131,8 +148,17 @@ class Tool:
         return cls(name=name, surface=revolve(pieces, facet), **options)
 
     @classmethod
-    def die(cls, name: str = "die", *, hole_radius: float, edge_radius: float, outer_radius: float,
-            depth: float = 0.03, facet: float = 5e-3, **options) -> Tool:
+    def die(
+        cls,
+        name: str = "die",
+        *,
+        hole_radius: float,
+        edge_radius: float,
+        outer_radius: float,
+        depth: float = 0.03,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
         """Flat ring facing up at z = 0, its hole's edge rounded.
 
         Args:
@@ -154,8 +180,16 @@ class Tool:
         return cls(name=name, surface=revolve(pieces, facet), **options)
 
     @classmethod
-    def blank_holder(cls, name: str = "holder", *, hole_radius: float, outer_radius: float,
-                     edge_radius: float = 2e-3, facet: float = 5e-3, **options) -> Tool:
+    def blank_holder(
+        cls,
+        name: str = "holder",
+        *,
+        hole_radius: float,
+        outer_radius: float,
+        edge_radius: float = 2e-3,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
         """Flat ring facing down at z = 0, its hole's edge rounded.
 
         Args:
@@ -175,8 +209,16 @@ class Tool:
         return cls(name=name, surface=revolve(pieces, facet), **options)
 
     @classmethod
-    def table(cls, name: str = "table", *, radius: float, edge_radius: float = 5e-3,
-              depth: float = 0.05, facet: float = 5e-3, **options) -> Tool:
+    def table(
+        cls,
+        name: str = "table",
+        *,
+        radius: float,
+        edge_radius: float = 5e-3,
+        depth: float = 0.05,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
         """Round table facing up at z = 0, its rim rounded.
 
         Args:
@@ -207,8 +249,16 @@ class Tool:
         return cls(name=name, surface=revolve(pieces, facet), **options)
 
     @classmethod
-    def plate(cls, name: str = "plate", *, width: float, height: float, facing: str = "up",
-              facet: float = 0.05, **options) -> Tool:
+    def plate(
+        cls,
+        name: str = "plate",
+        *,
+        width: float,
+        height: float,
+        facing: str = "up",
+        facet: float = 0.05,
+        **options,
+    ) -> Tool:
         """Flat plate at z = 0, centred at the origin.
 
         Args:
@@ -227,8 +277,9 @@ class Tool:
         return cls(name=name, surface=surface, **options)
 
     @classmethod
-    def drum(cls, name: str = "drum", *, radius: float, length: float, facet: float = 5e-3,
-             **options) -> Tool:
+    def drum(
+        cls, name: str = "drum", *, radius: float, length: float, facet: float = 5e-3, **options
+    ) -> Tool:
         """Cylinder about the y axis, centred at the origin.
 
         Args:

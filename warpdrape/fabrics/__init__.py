@@ -1,0 +1,1 @@
+"""The material library: one TOML file a fabric."""

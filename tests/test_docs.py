@@ -1,0 +1,109 @@
+"""What the documents promise is there: links, files, commands, scripts, dependencies."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from warpdrape import cli
+from warpdrape.fabric_library import load_fabric
+from warpdrape.scene_library import find_script
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]
+PAGES += sorted((ROOT / "docs").glob("*.md"))
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+
+
+def pages():
+    return pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return [text for kind, text in BLOCK.findall(page.read_text("utf-8")) if kind == language]
+
+
+def commands(program: str) -> list[list[str]]:
+    lines = [line for page in PAGES for text in blocks(page, "sh") for line in text.splitlines()]
+    split = [shlex.split(line, comments=True) for line in lines]
+    return [words for words in split if words and words[0] == program]
+
+
+def anchor(heading: str) -> str:
+    """As GitHub makes it."""
+    return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+
+
+@pages()
+def test_links_lead_somewhere(page):
+    for link in LINK.findall(page.read_text("utf-8")):
+        if link.startswith("https://"):
+            continue
+        name, _, section = link.partition("#")
+        target = (page.parent / name).resolve() if name else page
+        assert target.is_file(), f"{page.name}: {link}"
+        if section:
+            headings = re.findall(r"^#+ (.*)$", target.read_text("utf-8"), re.MULTILINE)
+            assert section in map(anchor, headings), f"{page.name}: {link}"
+
+
+@pages()
+def test_files_named_are_there(page):
+    for name in re.findall(r"`((?:[\w.]+/)+[\w.]*)`", page.read_text("utf-8")):
+        made_by_the_user = name.startswith(("runs/", ".venv/"))
+        assert made_by_the_user or (ROOT / name).exists(), f"{page.name}: {name}"
+
+
+@pages()
+def test_no_path_of_some_machine_and_nothing_left_to_fill_in(page):
+    text = page.read_text("utf-8")
+    absolute = re.findall(r"(?<![\w.:/*)>–])/(?!World/)[a-z][\w.-]*/[\w./-]+", text)
+    assert absolute == [], page.name
+    assert re.findall(r"TODO|FIXME|\b[A-Z]+_(?:TABLE|ROWS)\b", text) == [], page.name
+
+
+def test_commands_exist():
+    written = commands("warpdrape")
+    assert {"run", "scenes", "fabrics", "picture", "verify"} <= {words[1] for words in written}
+    for words in written:
+        arguments = cli._parser().parse_args(words[1:])
+        if arguments.command == "run" and not arguments.scene.endswith(".py"):
+            find_script(arguments.scene).read_settings(arguments.settings)
+        if arguments.command == "fabrics":
+            load_fabric(arguments.fabric)
+
+
+def test_bootstrap_commands_name_a_scene():
+    runs = [words for words in commands("python") if words[1:3] == ["bootstrap.py", "run"]]
+    assert runs
+    for words in runs:
+        find_script(words[3])
+
+
+def test_script_and_fabric_of_the_usage_page(tmp_path):
+    usage = ROOT / "docs" / "usage.md"
+    script = tmp_path / "press_disc.py"
+    script.write_text(blocks(usage, "python")[0], encoding="utf-8")
+    scene = find_script(script).make(["angle_deg=30"])
+    assert [tool.name for tool in scene.tools] == ["die", "holder", "punch"]
+    (text,) = blocks(usage, "toml")
+    fabric = tmp_path / "my_twill.toml"
+    fabric.write_text(text, encoding="utf-8")
+    assert load_fabric(fabric).areal_density == 0.6
+
+
+def test_lines_of_python_on_the_usage_page(capsys):
+    exec(compile(blocks(ROOT / "docs" / "usage.md", "python")[1], "usage.md", "exec"), {})
+    assert "(144,) (144, 3)" in capsys.readouterr().out
+
+
+def test_every_dependency_has_its_reason():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    table = text.partition("## Dependencies")[2].partition("\n## ")[0]
+    given = re.findall(r"^\| `([\w-]+)`", table, re.MULTILINE)
+    assert sorted(given) == sorted(re.match(r"[\w-]+", name)[0] for name in wanted)

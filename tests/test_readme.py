@@ -1,0 +1,44 @@
+"""The README's example runs, and prints what the README says."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+README = Path(__file__).parents[1].joinpath("README.md").read_text(encoding="utf-8")
+(EXAMPLE,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+SMALLER = {
+    '"cells": 12': '"cells": 6', "-60 * mm": "-20 * mm", "=40 * ms": "=10 * ms", "=44 * ms": "=11 * ms"
+}
+
+
+def printed_angle(code: str, capsys) -> tuple[float, dict]:
+    names = {}
+    exec(compile(code, "README.md", "exec"), names)
+    (angle,) = re.findall(r"largest shear angle: (\d+\.\d)°\n", capsys.readouterr().out)
+    return float(angle), names
+
+
+def test_example_runs(capsys):
+    code = EXAMPLE
+    for written, smaller in SMALLER.items():
+        assert code.count(written) == 1
+        code = code.replace(written, smaller)
+    angle, names = printed_angle(code, capsys)
+    result = names["result"]
+    assert result.completed
+    assert [ply.name for ply in result.plies] == ["lower", "upper"]
+    assert 0.5 < angle < 20.0  # the tools have moved by a quarter of the way
+
+
+def test_example_is_short():
+    statements = [line for line in EXAMPLE.splitlines() if line and "import" not in line]
+    assert len(statements) <= 11
+
+
+@pytest.mark.slow
+def test_example_prints_what_the_readme_says(capsys):
+    (stated,) = re.findall(r"It prints (\d+\.\d)°", README)
+    angle, names = printed_angle(EXAMPLE, capsys)
+    assert angle == pytest.approx(float(stated), abs=0.5)  # rounding differs between machines
+    assert names["result"].summary["warnings"] == []
