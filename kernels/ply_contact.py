@@ -2,7 +2,7 @@
 
 `find_ply_contacts` runs every few steps with Warp's mesh query; `add_ply_forces` runs every step on
 the triangle, weights and normal it found. A contact is a vertex of one ply and a triangle of
-another; `side` is +1 where the vertex's ply lies above the triangle's, so that it can never change sides.
+another; `side` is +1 where the vertex's ply lies above the triangle's, and never changes.
 """
 
 import warp as wp

@@ -74,6 +74,7 @@ def test_failing_installation_is_said(bootstrap, tmp_path, monkeypatch, capsys):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_environment_is_made_once(bootstrap, tmp_path):
     folder = tmp_path / "a b"  # a space, as in many a user's name
     python = bootstrap.make_environment(folder)

@@ -8,7 +8,10 @@ import pytest
 README = Path(__file__).parents[1].joinpath("README.md").read_text(encoding="utf-8")
 (EXAMPLE,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 SMALLER = {
-    '"cells": 12': '"cells": 6', "-60 * mm": "-20 * mm", "=40 * ms": "=10 * ms", "=44 * ms": "=11 * ms"
+    '"cells": 12': '"cells": 6',
+    "-60 * mm": "-20 * mm",
+    "=40 * ms": "=10 * ms",
+    "=44 * ms": "=11 * ms",
 }
 
 

@@ -1,4 +1,4 @@
-"""What a run computes with: `Model`, arrays that never change, and `State`, what a restart needs."""
+"""What a run computes with: `Model`, fixed arrays, and `State`, what a restart needs."""
 
 from __future__ import annotations
 
