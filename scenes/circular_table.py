@@ -70,7 +70,9 @@ def build(
         tools=[Tool.table(radius=table_radius, edge_radius=10 * mm, depth=sheet_size)],
         duration=duration,
         friction=friction,
-        numerics=Numerics(damping=damping, search_slide=0.3 * mm),
+        numerics=Numerics(
+            damping=damping, search_slide=0.15 * mm, contact_share=0.1, contact_damping=0.5
+        ),
         parameters=parameters,
         report=lambda result: {"table": drape_measures(result, table_radius)},
     )

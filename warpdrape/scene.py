@@ -94,7 +94,7 @@ class Numerics:
 
     averaging: str = "pairs"
     stabiliser: float = 1.0
-    stabiliser_floor: float = 1e-5
+    stabiliser_floor: float = 2e-6
     damping: float = 0.0
     contact_share: float = 0.02
     contact_damping: float = 0.3

@@ -110,7 +110,7 @@ class Recorder:
         self._model, self._folder = model, folder
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
-        self._contacts = ContactExtremes(np.zeros(0), np.zeros(0), np.zeros(0))
+        self._contacts = ContactExtremes(*[np.zeros(0)] * 4)
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None

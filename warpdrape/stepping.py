@@ -18,7 +18,7 @@ from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.model import Model, State, near_reach
 from warpdrape.motion import Float
 
-FADING = 5e-4
+FADING = 1e-3
 """Time in which a penetration that appeared by a jump of the gap is pushed out [s]."""
 
 

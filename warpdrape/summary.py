@@ -38,11 +38,13 @@ class ContactExtremes:
     Attributes:
         tool_deepest: deepest penetration of each tool [m], shape [tool].
         ply_deepest: that of each directed pair of plies [m], shape [pair].
+        ply_jump: largest penetration of each pair that a jump of the gap allowed [m], shape [pair].
         slip: of the searching plies' vertices on the searched ones [m], shape [slot].
     """
 
     tool_deepest: np.ndarray
     ply_deepest: np.ndarray
+    ply_jump: np.ndarray
     slip: np.ndarray
 
     @classmethod
@@ -51,6 +53,7 @@ class ContactExtremes:
         return cls(
             state.tool_deepest.numpy().copy(),
             state.ply_deepest.numpy().copy(),
+            state.ply_jump.numpy().copy(),
             state.ply_slip.numpy().copy(),
         )
 
@@ -244,6 +247,7 @@ def _interfaces(model: Model, contacts: ContactExtremes) -> list[dict]:
                 "max_slip_m": float(of_pair.max()),
                 "mean_slip_m": float(of_pair.mean()),
                 "max_penetration_m": float(contacts.ply_deepest[number]),
+                "max_gap_jump_m": float(contacts.ply_jump[number]),
             }
         )
     return entries
