@@ -61,7 +61,9 @@ def contact_traction(
         elastic = -stiffness * gap
         dashpot = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
         pressure = wp.max(elastic - dashpot * approach, wp.float64(0.0))
-        t.damping = (elastic - pressure) * approach * law.time_step
+        # Forces act on the velocity in the middle of the kick, half of which is the contact's own.
+        midway = approach + half * law.time_step * pressure / mass
+        t.damping = (elastic - pressure) * midway * law.time_step
         length = wp.length(trial)
         limit = friction * pressure / stiffness
         t.spring = trial
