@@ -3,7 +3,7 @@
 Penalty stiffness follows the masses that meet, k = share · m / Δt², so that no vertex is driven
 beyond its own stable step. A stuck point hangs on a tangential spring of the same stiffness; where
 the spring would exceed μ times the normal force it slips. Forces act over the step centred on them,
-so the friction work of a step is that of the mean of its two ends' spring forces.
+so what friction and dashpot take in a step is the work of the mean of its two ends' forces.
 """
 
 import warp as wp
@@ -24,6 +24,7 @@ class Traction:
 
     force: wp.vec3d  # N
     spring: wp.vec3d  # tangential elastic displacement [m]
+    dashpot: wp.float64  # N along the normal, part of the force
     stored: wp.float64  # J, penalty and stick springs
     friction: wp.float64  # J lost in slip in this step
     damping: wp.float64  # J lost in the dashpot in this step
@@ -39,6 +40,7 @@ def contact_traction(
     normal: wp.vec3d,
     velocity: wp.vec3d,
     spring: wp.vec3d,
+    dashpot: wp.float64,
 ) -> Traction:
     """Traction of one contact in one step.
 
@@ -50,6 +52,7 @@ def contact_traction(
         normal: unit normal, towards the vertex.
         velocity: of the vertex relative to the surface, over the last step [m/s].
         spring: tangential elastic displacement after the last step [m].
+        dashpot: the dashpot's force in the last step [N].
     """
     t = Traction()
     stiffness = law.share * mass / (law.time_step * law.time_step)
@@ -59,11 +62,9 @@ def contact_traction(
     if gap < wp.float64(0.0):
         approach = wp.dot(normal, velocity)
         elastic = -stiffness * gap
-        dashpot = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
-        pressure = wp.max(elastic - dashpot * approach, wp.float64(0.0))
-        # Forces act on the velocity in the middle of the kick, half of which is the contact's own.
-        midway = approach + half * law.time_step * pressure / mass
-        t.damping = (elastic - pressure) * midway * law.time_step
+        viscosity = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
+        pressure = wp.max(elastic - viscosity * approach, wp.float64(0.0))
+        t.dashpot = pressure - elastic
         length = wp.length(trial)
         limit = friction * pressure / stiffness
         t.spring = trial
@@ -72,6 +73,8 @@ def contact_traction(
             t.slip = length - limit
         t.force = pressure * normal - stiffness * t.spring
         t.stored = half * stiffness * (gap * gap + wp.dot(t.spring, t.spring))
-    # Work of the mean of old and new spring force over the step, less what the spring took up.
+    # Work of the mean of a step's two end forces over its way, less what the spring took up.
+    way = law.time_step * wp.dot(normal, velocity)
+    t.damping = -half * (dashpot + t.dashpot) * way
     t.friction = half * stiffness * wp.dot(spring + t.spring, trial - t.spring)
     return t

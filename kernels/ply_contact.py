@@ -174,6 +174,7 @@ def add_ply_forces(
     v: wp.array(dtype=wp.vec3d),
     contacts: wp.array(dtype=PlyContact),
     springs: wp.array(dtype=wp.vec3d),
+    dashpots: wp.array(dtype=wp.float64),
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
@@ -192,6 +193,7 @@ def add_ply_forces(
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: shape [slot].
         springs: stick springs [m], shape [slot]; updated.
+        dashpots: dashpot forces [N], shape [slot]; overwritten.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
@@ -205,6 +207,7 @@ def add_ply_forces(
             lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
             stored[slot] = wp.float64(0.0)
             springs[slot] = wp.vec3d()
+            dashpots[slot] = wp.float64(0.0)
         return
     a = contacts[slot].a
     b = contacts[slot].b
@@ -219,8 +222,10 @@ def add_ply_forces(
     inverse = wp.float64(1.0) / mass[i] + (
         w[0] * w[0] / mass[a] + w[1] * w[1] / mass[b] + w[2] * w[2] / mass[c]
     )
-    t = contact_traction(law, wp.float64(1.0) / inverse, friction, gap, normal, velocity, old)
+    effective = wp.float64(1.0) / inverse
+    t = contact_traction(law, effective, friction, gap, normal, velocity, old, dashpots[slot])
     springs[slot] = t.spring
+    dashpots[slot] = t.dashpot
     stored[slot] = t.stored
     slip[slot] += t.slip
     lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))

@@ -135,6 +135,7 @@ def add_tool_forces(
     v: wp.array(dtype=wp.vec3d),
     contacts: wp.array2d(dtype=ToolContact),
     springs: wp.array2d(dtype=wp.vec3d),
+    dashpots: wp.array2d(dtype=wp.float64),
     f: wp.array(dtype=wp.vec3d),
     reaction: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
@@ -153,6 +154,7 @@ def add_tool_forces(
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: tangent planes, shape [tool, vertex].
         springs: stick springs [m], shape [tool, vertex]; updated.
+        dashpots: dashpot forces [N], shape [tool, vertex]; overwritten.
         f: forces [N], shape [vertex]; accumulated.
         reaction: forces on the tools [N], shape [tool]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
@@ -165,15 +167,24 @@ def add_tool_forces(
                 lost[i] += wp.vec3d(stored[tool, i], wp.float64(0.0), wp.float64(0.0))
                 stored[tool, i] = wp.float64(0.0)
                 springs[tool, i] = wp.vec3d()
+                dashpots[tool, i] = wp.float64(0.0)
         else:
             normal = contacts[tool, i].normal
             gap = wp.dot(normal, x[i] - tool_shift[tool] - contacts[tool, i].point) - offset[i]
             old = springs[tool, i]
             if gap < wp.float64(0.0) or stored[tool, i] > wp.float64(0.0):
                 t = contact_traction(
-                    law, mass[i], friction[tool], gap, normal, v[i] - tool_velocity[tool], old
+                    law,
+                    mass[i],
+                    friction[tool],
+                    gap,
+                    normal,
+                    v[i] - tool_velocity[tool],
+                    old,
+                    dashpots[tool, i],
                 )
                 springs[tool, i] = t.spring
+                dashpots[tool, i] = t.dashpot
                 stored[tool, i] = t.stored
                 f[i] += t.force
                 wp.atomic_sub(reaction, tool, t.force)

@@ -135,12 +135,14 @@ class State:
     tool_damped: wp.array
     tool_contacts: wp.array
     tool_springs: wp.array
+    tool_dashpots: wp.array
     tool_stored: wp.array
     tool_deepest: wp.array
     asked_at: wp.array
     clearance: wp.array
     ply_contacts: wp.array
     ply_springs: wp.array
+    ply_dashpots: wp.array
     ply_stored: wp.array
     ply_slip: wp.array
     ply_deepest: wp.array
@@ -374,12 +376,14 @@ def initial_state(model: Model) -> State:
         tool_damped=zeros(tools, real),
         tool_contacts=zeros((tools, n), ToolContact),
         tool_springs=zeros((tools, n), vec),
+        tool_dashpots=zeros((tools, n), real),
         tool_stored=zeros((tools, n), real),
         tool_deepest=zeros(tools, real),
         asked_at=zeros((tools, n), vec),
         clearance=wp.full((tools, n), -math.inf, dtype=real, device=device),
         ply_contacts=zeros(slots, PlyContact),
         ply_springs=zeros(slots, vec),
+        ply_dashpots=zeros(slots, real),
         ply_stored=zeros(slots, real),
         ply_slip=zeros(slots, real),
         ply_deepest=zeros(len(model.ply_pairs), real),

@@ -99,7 +99,14 @@ def step(model: Model, state: State) -> None:
                 state.v,
                 state.ply_contacts,
             ],
-            outputs=[state.ply_springs, state.f, state.lost, state.ply_stored, state.ply_slip],
+            outputs=[
+                state.ply_springs,
+                state.ply_dashpots,
+                state.f,
+                state.lost,
+                state.ply_stored,
+                state.ply_slip,
+            ],
             device=device,
         )
     if scene.tools:
@@ -117,7 +124,14 @@ def step(model: Model, state: State) -> None:
                 state.v,
                 state.tool_contacts,
             ],
-            outputs=[state.tool_springs, state.f, state.reaction, state.lost, state.tool_stored],
+            outputs=[
+                state.tool_springs,
+                state.tool_dashpots,
+                state.f,
+                state.reaction,
+                state.lost,
+                state.tool_stored,
+            ],
             device=device,
         )
     wp.launch(
