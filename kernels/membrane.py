@@ -87,7 +87,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         cosine = wp.dot(u1, u2)
         couple = shear(shear_law, angle_from_cosine(cosine, rest_angle)) / guarded_sine(cosine)
         out = Loads()
-        # shear_gradient, its lengths and its sine taken from above
+        # ∂γ/∂k = (u_other − cos θ u)/(sin θ ‖k‖): [25] in its regular form
         out.warp = line_tension[0] * u1 + (couple * inverse[0]) * (u2 - cosine * u1)
         out.weft = line_tension[1] * u2 + (couple * inverse[1]) * (u1 - cosine * u2)
         return out
@@ -319,7 +319,7 @@ def measure_isotropic(
     measure_strain = membrane_strain(k1, k2)
     stress = membrane_stress(law, measure_strain)
     strain[t] = triangle_strain(k1, k2)
-    line_tension[t] = wp.vec2d(stress[0], stress[1])
+    line_tension[t] = wp.vec2d(stress[0] * wp.length(k1), stress[1] * wp.length(k2))
     energy[t] = wp.vec3d(
         areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0)
     )

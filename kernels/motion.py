@@ -7,7 +7,7 @@ import warp as wp
 
 
 @wp.struct
-class Damping:
+class Medium:
     """What acts on every vertex alike."""
 
     gravity: wp.vec3d  # m/s²
@@ -18,8 +18,9 @@ class Damping:
 
 @wp.kernel(enable_backward=False)
 def advance_vertices(
-    medium: Damping,
+    medium: Medium,
     mass: wp.array(dtype=wp.float64),
+    added_mass: wp.array(dtype=wp.float64),
     clamp: wp.array(dtype=wp.int32),
     rest: wp.array(dtype=wp.vec3d),
     clamp_matrix: wp.array2d(dtype=wp.mat33d),
@@ -40,6 +41,7 @@ def advance_vertices(
     Args:
         medium: gravity, damping, step.
         mass: shape [vertex] [kg].
+        added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
         rest: positions at the start [m], shape [vertex].
         clamp_matrix: M of each step of the frame, shape [clamp, step in frame + 1].
@@ -56,7 +58,7 @@ def advance_vertices(
     i = wp.tid()
     half = wp.float64(0.5)
     dt = medium.time_step
-    load = f[i] + mass[i] * medium.gravity
+    load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
     old = v[i]
     held = clamp[i]
     f[i] = wp.vec3d()

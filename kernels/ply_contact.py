@@ -144,7 +144,10 @@ def find_ply_contacts(
     else:
         distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
         slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
-        normal = wp.normalize(offset / distance - slope)
+        straight = outward
+        if wp.abs(distance) > wp.float64(1.0e-3) * faces.thickness:
+            straight = offset / distance
+        normal = wp.normalize(straight - slope)
         gap = distance - over
     rise = wp.dot(normal, offset) - gap - faces.thickness
     if gap > reach:

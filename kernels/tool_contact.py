@@ -102,9 +102,7 @@ def find_tool_contacts(
         at_corners = wp.matrix_from_rows(na, nb, nc)
         point = flat + CURVED * bulge(corners, at_corners, w)
         normal = curved_normal(corners, at_corners, w, CURVED)
-    distance = wp.length(at - flat)
-    # The curved surface may stand out of the facet by |point − flat|.
-    clearance[tool, i] = distance - wp.length(point - flat)
+    clearance[tool, i] = wp.length(at - flat) - surfaces.sag[tool]
     gap = wp.dot(normal, at - point) - offset[i]
     touched = contacts[tool, i].near == 1
     past_border = is_on_border(w, surfaces.open_edges[facet]) and (

@@ -1,4 +1,4 @@
-"""Kinematics of the two yarn families in a triangle: strain, shear angle and its gradient.
+"""Kinematics of the two yarn families in a triangle: strain and shear angle.
 
 Notation of the docs: k_α = Σ_a D[α,a] x_a is the current material vector of yarn family α, where
 D[α,a] = t_α · ∇N_a. As Σ_a D[α,a] = 0, only the edges from the triangle's first vertex are needed:
@@ -82,13 +82,3 @@ def guarded_sine(cosine: wp.float64) -> wp.float64:
     """Return sin θ from cos θ, kept away from the singularity of full collapse."""
     square = wp.float64(1.0) - cosine * cosine
     return wp.sqrt(wp.max(square, COLLAPSE_SINE * COLLAPSE_SINE))
-
-
-@wp.func
-def shear_gradient(k: wp.vec3d, other: wp.vec3d) -> wp.vec3d:
-    """∂γ/∂k = (other/(‖k‖‖other‖) − cos θ k/‖k‖²)/sin θ [rad]. Source: [25], regular form."""
-    length = wp.length(k)
-    direction = k / length
-    towards = other / wp.length(other)
-    cosine = wp.dot(direction, towards)
-    return (towards - cosine * direction) / (guarded_sine(cosine) * length)

@@ -1,11 +1,10 @@
-"""Pairings cover every triangle once, as completely as the dual graph allows."""
+"""Pairings cover every triangle once, leave few over and make no chains of flat pairs."""
 
 import numpy as np
 import pytest
 import rustworkx
 
 from warpdrape import pairing
-from warpdrape.augmenting import augment
 from warpdrape.flat_mesh import FlatMesh
 from warpdrape.meshing import mesh_outline
 from warpdrape.outlines import Disc, Rectangle
@@ -68,21 +67,40 @@ def test_two_leftovers_of_a_star_join_one_patch():
 
 
 @pytest.mark.parametrize("pattern", ["grid", "diagonal", "random"])
-@pytest.mark.parametrize("size", [7, 41])
-def test_regular_meshes_leave_no_more_than_an_odd_one(pattern, size):
+@pytest.mark.parametrize("size", [7, 20, 41])
+def test_regular_meshes_leave_hardly_a_triangle_over(pattern, size):
     mesh = mesh_outline(Rectangle(1.0, 1.0), cells=size, pattern=pattern)
-    assert check_patches(mesh, pair_triangles(mesh)) == len(mesh.triangles) % 2
+    left = check_patches(mesh, pair_triangles(mesh))
+    if pattern == "diagonal" or size == 20:
+        assert left == len(mesh.triangles) % 2
+    else:  # one a side where the side's count is odd; a few where blocks met
+        assert left <= max(4, 0.003 * len(mesh.triangles))
 
 
-def test_a_turned_disc_of_many_blocks_is_complete():
+def test_a_turned_disc_of_many_blocks_leaves_over_no_more_than_its_rim_needs():
     mesh = mesh_outline(Disc(1.0), cells=80, warp_angle=0.4)
     assert len(mesh.triangles) > 50 * pairing.BLOCK
-    assert check_patches(mesh, pair_triangles(mesh)) == len(mesh.triangles) % 2
+    left = check_patches(mesh, pair_triangles(mesh))
+    assert 0 < left < len(mesh.boundary_edges)
+
+
+def test_triangles_left_over_join_a_pair_and_draw_no_chain_of_flat_pairs():
+    mesh = mesh_outline(Rectangle(0.1, 0.2), edge=0.005, warp_angle=0.4)
+    pairs = pair_triangles(mesh)
+    left = check_patches(mesh, pairs)
+    assert 0 < left < len(mesh.boundary_edges)
+    patch, links = pairs.patch_of(), dual_links(mesh)
+    in_pair = (patch[links[:, 0]] == patch[links[:, 1]]) & (patch[links[:, 0]] < pairs.n_pairs)
+    flat = links[in_pair & (quad_shape(mesh) < 0.1)]
+    on_border = np.isin(mesh.triangles, mesh.boundary_edges).any(axis=1)
+    assert len(flat) < 0.01 * pairs.n_pairs
+    assert largest_matching(links, len(mesh.triangles)) < left  # it could pair more, at a price
+    assert on_border[flat].any(axis=1).sum() >= len(flat) - 8
 
 
 @pytest.mark.parametrize("whole", [0, 10_000])
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
-def test_ragged_meshes_leave_what_the_library_leaves(share, whole, monkeypatch):
+def test_ragged_meshes_leave_no_two_neighbours_over(share, whole, monkeypatch):
     monkeypatch.setattr(pairing, "WHOLE", whole)
     monkeypatch.setattr(pairing, "BLOCK", 64)
     rng = np.random.default_rng(round(100 * share))
@@ -90,25 +108,14 @@ def test_ragged_meshes_leave_what_the_library_leaves(share, whole, monkeypatch):
     for seed in range(3):
         full = mesh_outline(Rectangle(1.0, 1.0), cells=18, pattern="random", seed=seed)
         mesh = ragged(full, rng, share)
-        left = check_patches(mesh, pair_triangles(mesh))
-        assert left == largest_matching(dual_links(mesh), len(mesh.triangles))
+        pairs = pair_triangles(mesh)
+        left = check_patches(mesh, pairs)
+        links = dual_links(mesh)
+        assert left >= largest_matching(links, len(mesh.triangles))
+        alone = pairs.sizes[pairs.patch_of()] == 1
+        assert not alone[links].any()  # only what has no neighbour stays alone
         unpaired += left
     assert unpaired > 0  # else the case above tests nothing
-
-
-def test_augmenting_from_nothing_finds_a_largest_matching_of_any_graph():
-    rng = np.random.default_rng(5)
-    for _ in range(150):
-        n = int(rng.integers(3, 40))
-        links = np.unique(np.sort(rng.integers(0, n, (int(1.3 * n), 2)), axis=1), axis=0)
-        links = links[links[:, 0] != links[:, 1]]
-        rows = np.full((n, n), -1)
-        for a, b in links.tolist():
-            rows[a, b], rows[b, a] = b, a
-        mate = np.array(augment(rows, [-1] * n))
-        paired = np.flatnonzero(mate >= 0)
-        assert (mate[mate[paired]] == paired).all() and (rows[paired, mate[paired]] >= 0).all()
-        assert n - len(paired) == largest_matching(links, n)
 
 
 def test_blocks_come_near_the_best_shape(monkeypatch):

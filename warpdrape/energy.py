@@ -99,7 +99,8 @@ def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies
     tool_kinetic = 0.5 * (model.floating.mass.numpy() * tool_speed)[floats].sum()
     square = (v**2).sum(axis=1)
     gravity = np.asarray(scene.gravity, dtype=float)
-    fallen = ((x - model.rest.numpy()) * model.masses.mass[:, None]).sum(axis=0)
+    weighing = model.masses.mass - model.masses.added
+    fallen = ((x - model.rest.numpy()) * weighing[:, None]).sum(axis=0)
     yarn, shear, stabiliser = membrane_energy.sum(axis=0)
     return Energies(
         kinetic=float(0.5 * (model.masses.mass * square).sum() + tool_kinetic),

@@ -10,7 +10,7 @@ import warp as wp
 
 from warpdrape.errors import InputError
 from warpdrape.kernels.contact import ContactLaw
-from warpdrape.kernels.motion import Damping, FloatingTools
+from warpdrape.kernels.motion import FloatingTools, Medium
 from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
 from warpdrape.kernels.tool_contact import ToolContact, ToolSearch, ToolSurfaces
 from warpdrape.membrane import Membrane, build_membrane
@@ -22,6 +22,8 @@ from warpdrape.tool import Tool
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
 again until the vertex has come closer."""
+SLOWEST_TOOL = 0.1
+"""Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0
 """Speed [m/s] that contact searches allow for when no tool moves."""
 RUNAWAY = 100.0
@@ -80,6 +82,7 @@ class Model:
         membranes: the plies' triangles.
         masses: vertex masses on the host.
         mass: vertex masses [kg], shape [vertex].
+        added_mass: share of them that mass scaling added [kg], shape [vertex].
         offset: half the ply thickness [m], shape [vertex].
         rest: positions at the start [m], shape [vertex].
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
@@ -101,6 +104,7 @@ class Model:
     membranes: tuple[Membrane, ...]
     masses: LumpedMass
     mass: wp.array
+    added_mass: wp.array
     offset: wp.array
     rest: wp.array
     clamp: wp.array
@@ -113,7 +117,7 @@ class Model:
     ply_pairs: tuple[PlyPair, ...]
     contact: ContactLaw
     search: ToolSearch
-    medium: Damping
+    medium: Medium
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +198,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         membranes=membranes,
         masses=masses,
         mass=wp.array(masses.mass, dtype=wp.float64, device=device),
+        added_mass=wp.array(masses.added, dtype=wp.float64, device=device),
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
@@ -216,7 +221,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
 
 def _peak_speed(scene: Scene) -> float:
     moving = [thing.motion.peak_speed for thing in (*scene.tools, *scene.clamps)]
-    return max([*moving, 0.0]) or SLOWEST
+    return max([*moving, SLOWEST_TOOL]) if any(moving) else SLOWEST
 
 
 def _timing(scene: Scene, step: float, stable: float, frames: int) -> Timing:
@@ -340,8 +345,8 @@ def near_reach(scene: Scene) -> float:
     return 4.0 * scene.numerics.search_slide
 
 
-def _medium(scene: Scene, timing: Timing) -> Damping:
-    medium = Damping()
+def _medium(scene: Scene, timing: Timing) -> Medium:
+    medium = Medium()
     medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
     medium.rate = scene.numerics.damping
     medium.time_step = timing.time_step

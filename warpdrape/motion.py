@@ -133,7 +133,7 @@ class Float:
     """A tool that floats along an axis under a force, and shows how far it went.
 
     Attributes:
-        force: pressing force [N].
+        force: pressing force [N], the tool's weight included.
         axis: direction in which it presses, shape [3].
         mass: moving mass [kg].
         ramp: time over which the force rises smoothly from zero [s].

@@ -1,10 +1,14 @@
 """Triangles two by two: the pairs that feel one strain per yarn family.
 
-A pair is an edge of the dual graph (triangles are nodes, shared edges join them), so a complete
-pairing is a matching of that graph, as large as can be. It is found in three steps: the heaviest
-links first, which pairs nearly all; augmenting paths, which make it as large as it can be; and
-last the library that finds the heaviest of all largest matchings. That takes more than quadratic
-time, so it is given one block of the mesh after the other, cut elsewhere in each round.
+A pair is an edge of the dual graph (triangles are nodes, shared edges join them), so a pairing is
+a matching of that graph: the heaviest, where a pair weighs its shape plus ``BONUS``. It is not
+always the largest. To pair two triangles that the rim leaves over far from each other, a largest
+matching shifts every pair on a path between them, and a chain of flat pairs then runs through the
+mesh, along which yarns lock. Such triangles join a pair instead.
+
+The heaviest links first pair nearly all; then the library finds the heaviest matching. That takes
+more than linear time, so it is given one block of the mesh after the other, cut elsewhere in each
+round.
 """
 
 from __future__ import annotations
@@ -16,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpdrape.augmenting import augment
 from warpdrape.flat_mesh import FlatMesh
 
 BLOCK = 256
@@ -25,6 +28,9 @@ WHOLE = 2000
 """A mesh of no more triangles is one block: the best there is, for 0.2 s."""
 ROUNDS = ((0, 0.0), (1, 0.5), (0, 0.25))
 """Axis across which strips are cut, and the share of a block by which cuts move on."""
+BONUS = 1.1
+"""Weight of a pair beside its shape. Above 1, two flat pairs (shape 0) may take the place of one
+rectangle (shape 1), as along the border of a regular mesh; below 2, three may not replace two."""
 WEIGHT_STEPS = 1000
 """Integer steps of the weight for one unit of shape."""
 
@@ -34,7 +40,8 @@ class Pairing:
     """Patches of triangles that share their yarn strains; every triangle is in one.
 
     Patches of two come first; then the few others: of three or more where a triangle joins a
-    pair because no pairing could serve it too, and of one where a triangle has no neighbour.
+    pair because pairing it would have cost others their shape, and of one where a triangle has
+    no neighbour.
 
     Args:
         offsets: patch i holds triangles[offsets[i]:offsets[i + 1]], shape [patch + 1].
@@ -67,16 +74,17 @@ class Pairing:
 
 
 def pair_triangles(mesh: FlatMesh) -> Pairing:
-    """Pair triangles over shared edges: as many as possible, towards well-shaped quads."""
+    """Pair triangles over shared edges into well-shaped quads; no two neighbours are left over."""
     dual = _dual_graph(mesh)
-    mate = _heaviest_links(dual, len(mesh.triangles))
-    mate = np.array(augment(_neighbours(dual, len(mate)), mate.tolist()))
+    mate = np.full(len(mesh.triangles), -1)
+    _pair_heaviest_links(dual, mate)
     centres = mesh.vertices[mesh.triangles].mean(axis=1)
     if len(mate) <= WHOLE:
         _match_blocks(dual, mate, np.zeros(len(mate), np.int64))
     else:
         for axis, shift in ROUNDS:
             _match_blocks(dual, mate, _blocks(centres, mate, axis, shift))
+        _pair_heaviest_links(dual, mate)  # neighbours left over on two sides of a cut
     return _patches(dual, mate)
 
 
@@ -109,10 +117,13 @@ class _Dual(NamedTuple):
 
 
 def _dual_graph(mesh: FlatMesh) -> _Dual:
-    """Weigh every inner edge; weights are positive whole numbers, as the library wants them."""
+    """Weigh every inner edge, in whole numbers as the library wants them.
+
+    Weights are positive, so that a heaviest matching leaves no two neighbours over.
+    """
     links = mesh.edges.triangles
     shape = quad_shape(mesh)
-    weights = 1 + np.rint(WEIGHT_STEPS * (shape + 2.0)).astype(np.int64)
+    weights = np.maximum(1, np.rint(WEIGHT_STEPS * (shape + BONUS))).astype(np.int64)
     return _Dual(links[links[:, 1] >= 0].astype(np.int64), weights)
 
 
@@ -124,43 +135,31 @@ def _corner_angles(mesh: FlatMesh) -> NDArray[np.float64]:
     return np.arctan2(cross, (u * v).sum(axis=2))
 
 
-def _neighbours(dual: _Dual, n_triangles: int) -> NDArray[np.int64]:
-    """The up to three neighbours of every triangle, shape [triangle, 3], -1 where there is none."""
-    links = np.concatenate([dual.links, dual.links[:, ::-1]])
-    links = links[np.argsort(links[:, 0], kind="stable")]
-    start = np.searchsorted(links[:, 0], np.arange(n_triangles))
-    rows = np.full((n_triangles, 3), -1)
-    rows[links[:, 0], np.arange(len(links)) - start[links[:, 0]]] = links[:, 1]
-    return rows
-
-
-def _heaviest_links(dual: _Dual, n_triangles: int) -> NDArray[np.int64]:
+def _pair_heaviest_links(dual: _Dual, mate: NDArray[np.int64]) -> None:
     """Pair, again and again, the triangles whose best free link is the same one."""
-    mate = np.full(n_triangles, -1)
-    order = np.argsort(dual.weights, kind="stable")
-    links = dual.links[order]
+    links = dual.links[np.argsort(dual.weights, kind="stable")]
+    links = links[(mate[links] < 0).all(axis=1)]
     while len(links):
-        best = np.full(n_triangles, -1)
+        best = np.full(len(mate), -1)
         number = np.arange(len(links))
         for side in (0, 1):
             np.maximum.at(best, links[:, side], number)
         pairs = links[(best[links] == number[:, None]).all(axis=1)]
         mate[pairs[:, 0]], mate[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
         links = links[(mate[links] < 0).all(axis=1)]
-    return mate
 
 
 def _match_blocks(dual: _Dual, mate: NDArray[np.int64], block: NDArray[np.int64]) -> None:
-    """Replace the matching inside every block by its heaviest largest one; ``mate`` is updated.
+    """Replace the matching inside every block by its heaviest one; ``mate`` is updated.
 
-    Blocks must hold whole pairs of the matching that is there; then this never loses a pair.
+    Blocks must hold whole pairs of the matching that is there; then it never gets lighter.
     """
     import rustworkx
 
     for triangles, links in _block_graphs(dual, block):
         graph = rustworkx.PyGraph(multigraph=False)
         graph.extend_from_weighted_edge_list(links)
-        matched = rustworkx.max_weight_matching(graph, max_cardinality=True, weight_fn=int)
+        matched = rustworkx.max_weight_matching(graph, weight_fn=int)
         pairs = triangles[np.array(sorted(matched)).reshape(-1, 2)]
         mate[triangles] = -1
         mate[pairs[:, 0]], mate[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]

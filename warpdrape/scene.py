@@ -109,7 +109,10 @@ class Numerics:
         positive("stabiliser", self.stabiliser, zero=True)
         positive("stabiliser_floor", self.stabiliser_floor, zero=True)
         positive("damping", self.damping, unit="1/s", zero=True)
-        positive("contact_damping", self.contact_damping, zero=True)
+        if positive("contact_damping", self.contact_damping, zero=True) > 1.0:
+            raise InputError(
+                f"contact_damping = {self.contact_damping} must not exceed 1, critical"
+            )
         positive("search_slide", self.search_slide, unit="m")
         if not 0.0 < positive("contact_share", self.contact_share) <= 0.2:
             raise InputError(

@@ -231,7 +231,7 @@ class Recorder:
             return
         self._usd.close()
         self._history.close()
+        self._folder.write_json(SUMMARY, summary)
         write = self._model.scene.write
         if write is not None and result is not None and summary["status"] == "completed":
             write(result, self._folder)
-        self._folder.write_json(SUMMARY, summary)

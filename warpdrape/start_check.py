@@ -33,13 +33,25 @@ def check_tools(scene: Scene) -> None:
             _refuse_enclosing(tool, points, ply)
 
 
+LIGHTEST_TOOL = 0.1
+"""Least mass of a floating tool over that of all plies [-]: the penalties of all their vertices act
+on it, each a share of the vertex's own m/Δt²."""
+
+
 def check_steps(model: Model) -> None:
-    """Refuse a run that would never end.
+    """Refuse a run that would never end, or whose floating tools its contacts would shake apart.
 
     Raises:
-        InputError: with the number of steps.
+        InputError: with the number of steps, or the least mass of the tool.
     """
     timing, scene = model.timing, model.scene
+    least = LIGHTEST_TOOL * float(model.masses.mass.sum())
+    for tool in scene.tools:
+        if isinstance(tool.motion, Float) and tool.motion.mass < least:
+            raise InputError(
+                f"tool {tool.name!r}: mass = {tool.motion.mass:.4g} kg is too light to float on "
+                f"these plies: give it {least:.4g} kg or more"
+            )
     if timing.steps > MOST_STEPS:
         raise InputError(
             f"duration = {scene.duration:.4g} s takes {timing.steps:.2g} steps of "
@@ -52,7 +64,7 @@ def check_contacts(model: Model, state: State) -> None:
     """Refuse overlaps that the contact search itself sees before anything moves.
 
     Raises:
-        InputError: naming the tool, or the two plies, and by how much they overlap.
+        InputError: naming the tool, and by how much it reaches into a ply.
     """
     scene = model.scene
     limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
@@ -64,13 +76,6 @@ def check_contacts(model: Model, state: State) -> None:
         if depth > limit:
             raise InputError(
                 f"tool {tool.name!r} starts {1e3 * depth:.4g} mm inside a ply: move it away by that"
-            )
-    for pair, depth in zip(model.ply_pairs, state.ply_deepest.numpy(), strict=True):
-        if depth > limit:
-            names = scene.plies[pair.searching].name, scene.plies[pair.searched].name
-            raise InputError(
-                f"plies {names[0]!r} and {names[1]!r} overlap by {1e3 * depth:.4g} mm at the "
-                "start: lay them up with warpdrape.lay_up"
             )
 
 

@@ -140,6 +140,7 @@ def step(model: Model, state: State) -> None:
         inputs=[
             model.medium,
             model.mass,
+            model.added_mass,
             model.clamp,
             model.rest,
             state.clamp_matrix,

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdrape.errors import InputError
 from warpdrape.membrane import flat_gradients, triangle_frequencies
-from warpdrape.scene import Scene
+from warpdrape.scene import Numerics, Scene
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
@@ -31,29 +31,44 @@ class LumpedMass:
     stable_step: float
 
 
-def stable_step(highest: float, contact_share: float, contacts: bool) -> float:
-    """Largest stable step [s] of central differences, (Δt ω)² + Σ k_c Δt²/m ≤ 4.
+def stable_step(highest: float, numerics: Numerics, contacts: bool) -> float:
+    """Largest stable step [s] of central differences, (Δt ω)² + Σ k_c Δt²/m + 2 Σ c Δt/m ≤ 4.
+
+    The dashpots, c = 2 ζ √(k m), act on the velocity half a step back, hence the last term; pressed
+    from two sides, a vertex feels two.
 
     Args:
         highest: bound on ω² of the membranes [1/s²].
-        contact_share: penalty stiffness over m/Δt² [-].
+        numerics: share of the penalty stiffness and damping of the contacts.
         contacts: whether there is anything to touch.
+
+    Raises:
+        InputError: if the contacts alone need more than there is.
     """
-    left = 4.0 - (CONTACTS_AT_A_VERTEX * contact_share if contacts else 0.0)
+    left = 4.0
+    if contacts:
+        share, damping = numerics.contact_share, numerics.contact_damping
+        left -= CONTACTS_AT_A_VERTEX * share + 2.0 * 4.0 * damping * math.sqrt(share)
+    if left <= 0.5:
+        raise InputError(
+            f"contact_share = {numerics.contact_share} with contact_damping = "
+            f"{numerics.contact_damping} leaves no stable step: lower one of them"
+        )
     return math.sqrt(left / highest)
 
 
 def lump_masses(scene: Scene) -> LumpedMass:
     """Lump each triangle's mass on its vertices, a third each, scaled where asked."""
     contacts = bool(scene.tools) or len(scene.plies) > 1
-    share = scene.numerics.contact_share
     target = scene.numerics.minimum_time_step
     masses, added, highest = [], [], 0.0
     for ply in scene.plies:
         frequency = triangle_frequencies(ply, scene.numerics)
         scale = np.ones(len(frequency))
         if target is not None:
-            allowed = (stable_step(1.0, share, contacts) * scene.numerics.safety / target) ** 2
+            allowed = (
+                stable_step(1.0, scene.numerics, contacts) * scene.numerics.safety / target
+            ) ** 2
             scale = np.maximum(frequency / allowed, 1.0)
         _, areas = flat_gradients(ply)
         third = ply.fabric.areal_density * areas / 3.0
@@ -64,7 +79,9 @@ def lump_masses(scene: Scene) -> LumpedMass:
         added.append(total - np.bincount(vertex.ravel(), np.repeat(third, 3), count))
         highest = max(highest, float((frequency / scale).max()))
     return LumpedMass(
-        np.concatenate(masses), np.concatenate(added), stable_step(highest, share, contacts)
+        np.concatenate(masses),
+        np.concatenate(added),
+        stable_step(highest, scene.numerics, contacts),
     )
 
 
