@@ -18,7 +18,7 @@ def build(
     fabric: str = "carbon_interlock",
     mesh: str = "grid",
     facet: float = 5e-3,
-    contact_share: float = 0.03,
+    contact_share: float = 0.04,
 ) -> Scene:
     """Build the hemisphere on the reference press, with one square ply.
 

@@ -14,7 +14,8 @@ DIE_RADIUS = 78 * mm
 DIE_EDGE = 10 * mm
 HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
-HOLDER_MASS = 0.5 * kg
+HOLDER_MASS = 1.9 * kg
+"""An aluminium ring of these radii, 5 mm thick."""
 HOLD = 0.1
 """Time for which the punch stands at the end, as a share of the stroke [-]."""
 FORCE_RAMP = 0.05

@@ -96,7 +96,7 @@ class Numerics:
     stabiliser: float = 1.0
     stabiliser_floor: float = 2e-6
     damping: float = 0.0
-    contact_share: float = 0.03
+    contact_share: float = 0.04
     contact_damping: float = 0.3
     search_slide: float = 4e-5
     time_step: float | None = None
