@@ -46,7 +46,7 @@ def build(
     case: str = "fabric",
     cells: int = 100,
     sheet_size: float = 0.5,
-    table_radius: float = 0.15,
+    table_radius: float = 0.2,
     duration: float = 1.0,
     damping: float = 6.0,
     friction: float = 0.3,
