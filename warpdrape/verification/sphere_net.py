@@ -20,7 +20,7 @@ FARTHEST = math.radians(60.0)
 RATE_AT = math.radians(40.0)
 
 
-def net_scene(cells: int, *, duration: float = 0.4, stiffness: float = 2e4) -> Scene:
+def net_scene(cells: int, *, duration: float = 0.7, stiffness: float = 2e4) -> Scene:
     """A square net over the pole of a sphere, yarns along its sides, that falls onto it.
 
     Args:
