@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from law_checks import fabric
 
+from warpdrape.errors import InputError
 from warpdrape.flat_mesh import FlatMesh
 from warpdrape.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.model import build_model, initial_state
-from warpdrape.motion import Float, Stroke
+from warpdrape.motion import Float, Path, Stroke
 from warpdrape.ply import Ply, lay_up, stack_top
 from warpdrape.scene import Clamp, Numerics, Scene
 from warpdrape.stepping import Stepper
@@ -249,3 +250,12 @@ def test_a_floating_tool_settles_with_its_reaction_equal_to_its_force(device):
     sunk = result.history["press_displacement_m"][-10:]
     np.testing.assert_allclose(sunk, 1e-6 + 2 * 20.0 / spring, rtol=0.01)
     assert result.summary["energy_error"] < 0.02
+
+
+def test_a_clamp_must_begin_where_its_vertices_lie():
+    ply = Ply.rectangle("ply", ELASTIC, 0.04, 0.02, cells=4)
+    path = Path(times=(0.0, 0.01), positions=((1e-3, 0.0, 0.0), (2e-3, 0.0, 0.0)))
+    clamp = Clamp(name="grip", ply="ply", where=[0, 1], motion=path)
+    scene = Scene(name="jump", plies=[ply], clamps=[clamp], duration=0.01)
+    with pytest.raises(InputError, match="'grip' does not begin where its vertices lie"):
+        scene.run()

@@ -16,7 +16,7 @@ from warpdrape.progress import Progress
 from warpdrape.result import FormedPly, Result, read_plies
 from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.scene import Scene
-from warpdrape.start_check import check_contacts, check_steps, check_tools
+from warpdrape.start_check import check_clamps, check_contacts, check_steps, check_tools
 from warpdrape.stepping import Stepper
 from warpdrape.summary import (
     ENERGY_FAILURE,
@@ -43,6 +43,7 @@ def run_scene(
     check_device(device)
     folder = None if out is None else RunFolder(out, overwrite)
     check_tools(scene)
+    check_clamps(scene)
     model = build_model(scene, device, frames)
     check_steps(model)
     state = initial_state(model)

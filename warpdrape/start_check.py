@@ -33,9 +33,29 @@ def check_tools(scene: Scene) -> None:
             _refuse_enclosing(tool, points, ply)
 
 
+CLAMP_TOLERANCE = 1e-9
+"""Displacement [m] or distortion [-] with which a clamp may begin."""
 LIGHTEST_TOOL = 0.1
 """Least mass of a floating tool over that of all plies [-]: the penalties of all their vertices act
 on it, each a share of the vertex's own m/Δt²."""
+
+
+def check_clamps(scene: Scene) -> None:
+    """Refuse clamps that would tear at their vertices in the first step.
+
+    Raises:
+        InputError: naming the clamp that does not begin where its vertices lie.
+    """
+    for clamp in scene.clamps:
+        jump = np.abs(clamp.motion.displacement(np.array(0.0))).max()
+        turn = 0.0
+        if clamp.matrix is not None:
+            turn = np.abs(clamp.matrix(np.array([0.0])) - np.eye(3)).max()
+        if jump > CLAMP_TOLERANCE or turn > CLAMP_TOLERANCE:
+            raise InputError(
+                f"clamp {clamp.name!r} does not begin where its vertices lie: let its motion start "
+                "from zero, and its matrix from the identity"
+            )
 
 
 def check_steps(model: Model) -> None:
