@@ -32,6 +32,12 @@ class Traction:
 
 
 @wp.func
+def contact_stiffness(law: ContactLaw, mass: wp.float64) -> wp.float64:
+    """Penalty stiffness [N/m] of a contact of effective mass [kg]."""
+    return law.share * mass / (law.time_step * law.time_step)
+
+
+@wp.func
 def contact_traction(
     law: ContactLaw,
     mass: wp.float64,
@@ -55,7 +61,7 @@ def contact_traction(
         dashpot: the dashpot's force in the last step [N].
     """
     t = Traction()
-    stiffness = law.share * mass / (law.time_step * law.time_step)
+    stiffness = contact_stiffness(law, mass)
     half = wp.float64(0.5)
     trial = spring + law.time_step * velocity
     trial = trial - wp.dot(normal, trial) * normal

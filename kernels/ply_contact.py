@@ -7,7 +7,7 @@ another; `side` is +1 where the vertex's ply lies above the triangle's, and neve
 
 import warp as wp
 
-from .contact import ContactLaw, contact_traction
+from .contact import ContactLaw, contact_stiffness, contact_traction
 from .surface import barycentric, is_on_border, sag_height, sag_slope, sags, to_single, weighted
 
 
@@ -68,8 +68,34 @@ def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp
     return wp.dot(contact.normal, x[i] - nearest) - offset
 
 
+@wp.func
+def effective_mass(contact: PlyContact, mass: wp.array(dtype=wp.float64), i: int) -> wp.float64:
+    """Mass [kg] with which vertex i meets its triangle."""
+    w = contact.weights
+    inverse = w[0] * w[0] / mass[contact.a] + w[1] * w[1] / mass[contact.b]
+    inverse += w[2] * w[2] / mass[contact.c]
+    return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
+
+
+@wp.func
+def spring_energy(
+    law: ContactLaw,
+    contact: PlyContact,
+    thickness: wp.float64,
+    mass: wp.array(dtype=wp.float64),
+    x: wp.array(dtype=wp.vec3d),
+    i: int,
+    spring: wp.vec3d,
+) -> wp.float64:
+    """Energy [J] in the penalty and stick springs of a contact."""
+    depth = wp.min(contact_gap(contact, thickness, x, i), wp.float64(0.0))
+    stiffness = contact_stiffness(law, effective_mass(contact, mass, i))
+    return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
+
+
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
+    law: ContactLaw,
     faces: PlyFaces,
     pair: int,
     first_vertex: int,
@@ -79,21 +105,28 @@ def find_ply_contacts(
     keep: wp.float64,
     triangles: wp.array2d(dtype=wp.int32),
     open_edges: wp.array(dtype=wp.int32),
+    mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
+    springs: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
     contacts: wp.array(dtype=PlyContact),
+    lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
     largest_jump: wp.array(dtype=wp.float64),
 ):
     """Find the nearest triangle of another ply; one thread a vertex.
 
-    The gap is the distance to the facet less the sag of the curved surface over it, along its own
-    gradient. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
+    The gap is the distance to the facet. On the hollow side of a bent ply it grows by the height of
+    the curved surface over the facet, along its own gradient: else a vertex of the inner ply would
+    lift the chords of the outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
     past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
     the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
-    the difference is allowed for and fades, so that forces stay continuous.
+    the difference is allowed for and fades, so that forces stay continuous. Where it jumps out,
+    what the springs lose counts as contact damping.
 
     Args:
+        law: contact law.
         faces: the searched ply.
         pair: number of the pair of plies.
         first_vertex: of the searching ply.
@@ -103,9 +136,13 @@ def find_ply_contacts(
         keep: share of an allowed penetration that lasts until the next search [-].
         triangles: vertices, shape [triangle, 3].
         open_edges: bits of the edges that border the ply, shape [triangle].
+        mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         normals: vertex normals, any length, shape [vertex].
+        springs: stick springs [m], shape [slot].
+        stored: energy of the contact springs after the last step [J], shape [slot].
         contacts: shape [slot]; overwritten.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration so far [m], less what is allowed, shape [pair]; raised.
         largest_jump: largest penetration allowed so far [m], shape [pair]; raised.
     """
@@ -113,7 +150,10 @@ def find_ply_contacts(
     i = first_vertex + thread
     slot = first_slot + thread
     before = wp.float64(0.0)
+    had = wp.float64(0.0)
     if contacts[slot].near == 1:
+        if stored[slot] > wp.float64(0.0):
+            had = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
         before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
     query = wp.mesh_query_point_no_sign(faces.mesh, to_single(x[i]), float(radius))
@@ -132,7 +172,8 @@ def find_ply_contacts(
     aside = offset - height * outward
     beyond = wp.length(aside)
     sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
-    over = faces.side * sag_height(w, sag) + faces.thickness
+    hollow = wp.min(faces.side * sag_height(w, sag), wp.float64(0.0))
+    over = hollow + faces.thickness
     normal = outward
     gap = height - over
     if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
@@ -143,7 +184,9 @@ def find_ply_contacts(
             gap = (height + beyond - over - faces.thickness) * wp.dot(normal, outward)
     else:
         distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
-        slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
+        slope = wp.vec3d()
+        if hollow < wp.float64(0.0):
+            slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
         straight = outward
         if wp.abs(distance) > wp.float64(1.0e-3) * faces.thickness:
             straight = offset / distance
@@ -161,6 +204,9 @@ def find_ply_contacts(
     contacts[slot].rise = rise
     allowance = keep * wp.max(before - gap, wp.float64(0.0))
     contacts[slot].allowance = allowance
+    if had > wp.float64(0.0):
+        has = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
+        lost[i] += wp.vec3d(wp.float64(0.0), wp.max(had - has, wp.float64(0.0)), wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap - allowance)
     wp.atomic_max(largest_jump, pair, allowance)
 
@@ -222,10 +268,7 @@ def add_ply_forces(
     if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return
     velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
-    inverse = wp.float64(1.0) / mass[i] + (
-        w[0] * w[0] / mass[a] + w[1] * w[1] / mass[b] + w[2] * w[2] / mass[c]
-    )
-    effective = wp.float64(1.0) / inverse
+    effective = effective_mass(contacts[slot], mass, i)
     t = contact_traction(law, effective, friction, gap, normal, velocity, old, dashpots[slot])
     springs[slot] = t.spring
     dashpots[slot] = t.dashpot

@@ -65,6 +65,7 @@ def search_contacts(model: Model, state: State) -> None:
             find_ply_contacts,
             searching.vertex_count,
             inputs=[
+                model.contact,
                 pair.faces,
                 number,
                 searching.first_vertex,
@@ -74,10 +75,13 @@ def search_contacts(model: Model, state: State) -> None:
                 keep,
                 model.triangles,
                 model.open_edges,
+                model.mass,
                 state.x,
                 state.normals,
+                state.ply_springs,
+                state.ply_stored,
             ],
-            outputs=[state.ply_contacts, state.ply_deepest, state.ply_jump],
+            outputs=[state.ply_contacts, state.lost, state.ply_deepest, state.ply_jump],
             device=device,
         )
 
