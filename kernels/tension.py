@@ -39,13 +39,22 @@ class TabulatedTension:
 
 
 @wp.func
+def kinked(strain: wp.float64, compressive_factor: wp.float64) -> wp.float64:
+    """Return ε, in compression times a factor; without a branch, as signs change everywhere."""
+    half = wp.float64(0.5)
+    one = wp.float64(1.0)
+    return half * (
+        (one + compressive_factor) * strain + (one - compressive_factor) * wp.abs(strain)
+    )
+
+
+@wp.func
 def linear_tension(law: LinearTension, strain: wp.vec2d) -> wp.vec2d:
     """Line tensions [N/m]."""
-    one = wp.float64(1.0)
-    compressed = wp.float64(law.compressive_factor)
-    factor1 = compressed if strain[0] < wp.float64(0.0) else one
-    factor2 = compressed if strain[1] < wp.float64(0.0) else one
-    return wp.vec2d(factor1 * law.stiffness[0] * strain[0], factor2 * law.stiffness[1] * strain[1])
+    factor = wp.float64(law.compressive_factor)
+    return wp.vec2d(
+        law.stiffness[0] * kinked(strain[0], factor), law.stiffness[1] * kinked(strain[1], factor)
+    )
 
 
 @wp.func

@@ -36,19 +36,23 @@ def yarn_strain(k: wp.vec3d) -> wp.float64:
 def arc_sine_series(x: wp.float64) -> wp.float64:
     """Arcsine of |x| ≤ 1/2: x times a Chebyshev interpolant in x², error below 3e-16 [rad]."""
     t = x * x
-    p = wp.float64(0.03150477675162431)
-    p = p * t + wp.float64(-0.011693559679531318)
-    p = p * t + wp.float64(0.01825637024213353)
-    p = p * t + wp.float64(0.009376473481056654)
-    p = p * t + wp.float64(0.01432423514994457)
-    p = p * t + wp.float64(0.017313700945909897)
-    p = p * t + wp.float64(0.022374928823605693)
-    p = p * t + wp.float64(0.030381820752221768)
-    p = p * t + wp.float64(0.04464286038603156)
-    p = p * t + wp.float64(0.07499999995624415)
-    p = p * t + wp.float64(0.16666666666689706)
-    p = p * t + wp.float64(0.9999999999999998)
-    return x * p
+    tt = t * t
+    low = (
+        wp.float64(0.9999999999999998)
+        + t * wp.float64(0.16666666666689706)
+        + tt * (wp.float64(0.07499999995624415) + t * wp.float64(0.04464286038603156))
+    )
+    middle = (
+        wp.float64(0.030381820752221768)
+        + t * wp.float64(0.022374928823605693)
+        + tt * (wp.float64(0.017313700945909897) + t * wp.float64(0.01432423514994457))
+    )
+    high = (
+        wp.float64(0.009376473481056654)
+        + t * wp.float64(0.01825637024213353)
+        + tt * (wp.float64(-0.011693559679531318) + t * wp.float64(0.03150477675162431))
+    )
+    return x * (low + tt * tt * (middle + tt * tt * high))
 
 
 @wp.func
