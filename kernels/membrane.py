@@ -6,7 +6,7 @@ the exact gradient of an energy) and the shear gradient in its regular form; pai
     W = Σ_patch A Φ(ε̄1, ε̄2) + Σ_t A_t [Ψ(γ_t) + ½ κ Σ_α (ε_α,t − ε̄_α)²],  ε̄ the patch's mean
 
 A patch is two triangles with a common edge; three where the matching leaves one over; one for the
-plain element. Forces are −∂W/∂x.
+plain element. Forces are −∂W/∂x. Most patches are pairs, whose forces `pairs` computes faster.
 """
 
 import warp as wp
@@ -20,12 +20,6 @@ from .yarns import (
     weft_vector,
     yarn_strain,
 )
-
-
-@wp.func
-def area_weighted(a: wp.vec2d, b: wp.vec2d, areas: wp.vec2d) -> wp.vec2d:
-    """Mean of two triangles' strains, weighted with their areas [m²]."""
-    return (areas[0] * a + areas[1] * b) / (areas[0] + areas[1])
 
 
 @wp.func
@@ -53,7 +47,7 @@ def add_triangle_loads(
 
 
 def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Shear):
-    """Make the kernels for one pair of laws: ``(add_pair_forces, add_patch_forces, measure)``.
+    """Make the kernels for one pair of laws: ``(add_patch_forces, measure)``.
 
     Args:
         tension: wp.func (law, strain) → line tensions [N/m].
@@ -91,68 +85,6 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         out.warp = line_tension[0] * u1 + (couple * inverse[0]) * (u2 - cosine * u1)
         out.weft = line_tension[1] * u2 + (couple * inverse[1]) * (u1 - cosine * u2)
         return out
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def add_pair_forces(
-        vertices: wp.array(dtype=wp.vec4i),
-        gradient_a: wp.array(dtype=wp.vec4d),
-        gradient_b: wp.array(dtype=wp.vec4d),
-        areas: wp.array(dtype=wp.vec2d),
-        tension_law: Tension,
-        shear_law: Shear,
-        stabiliser: wp.float64,
-        rest_angle: wp.float64,
-        x: wp.array(dtype=wp.vec3d),
-        f: wp.array(dtype=wp.vec3d),
-    ):
-        """Add yarn and shear forces to ``f``; one thread a pair of triangles.
-
-        Args:
-            vertices: (i, j, k, l) of triangles (i, j, k) and (i, l, j), shape [pair].
-            gradient_a: D of (i, j, k) [1/m], shape [pair].
-            gradient_b: D of (i, l, j) [1/m], shape [pair].
-            areas: initial areas [m²], shape [pair].
-            tension_law: line tension law [N/m].
-            shear_law: shear couple law [N/m].
-            stabiliser: κ C'(0) [N/m].
-            rest_angle: angle between warp and weft of the flat ply [rad].
-            x: positions [m], shape [vertex].
-            f: forces [N], shape [vertex]; accumulated.
-        """
-        p = wp.tid()
-        v = vertices[p]
-        origin = x[v[0]]
-        shared = x[v[1]] - origin
-        tip_a = x[v[2]] - origin
-        tip_b = x[v[3]] - origin
-        area = areas[p]
-        da = gradient_a[p]
-        db = gradient_b[p]
-
-        a1 = warp_vector(da, shared, tip_a)
-        a2 = weft_vector(da, shared, tip_a)
-        b1 = warp_vector(db, tip_b, shared)
-        b2 = weft_vector(db, tip_b, shared)
-        lengths_a = wp.vec2d(wp.length(a1), wp.length(a2))
-        lengths_b = wp.vec2d(wp.length(b1), wp.length(b2))
-        stretch = area_weighted(lengths_a, lengths_b, area)
-        line = tension(tension_law, stretch - wp.vec2d(wp.float64(1.0), wp.float64(1.0)))
-        line_a = line + stabiliser * (lengths_a - stretch)
-        line_b = line + stabiliser * (lengths_b - stretch)
-
-        of_a = yarn_loads(a1, a2, lengths_a, line_a, shear_law, rest_angle)
-        of_b = yarn_loads(b1, b2, lengths_b, line_b, shear_law, rest_angle)
-        wa1 = area[0] * of_a.warp
-        wa2 = area[0] * of_a.weft
-        wb1 = area[1] * of_b.warp
-        wb2 = area[1] * of_b.weft
-        load_j = da[0] * wa1 + da[2] * wa2 + db[1] * wb1 + db[3] * wb2
-        load_k = da[1] * wa1 + da[3] * wa2
-        load_l = db[0] * wb1 + db[2] * wb2
-        wp.atomic_add(f, v[0], load_j + load_k + load_l)
-        wp.atomic_sub(f, v[1], load_j)
-        wp.atomic_sub(f, v[2], load_k)
-        wp.atomic_sub(f, v[3], load_l)
 
     @wp.func
     def mean_strain(
@@ -268,7 +200,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
                 wp.float64(0.5) * stabiliser * wp.dot(own, own),
             )
 
-    return add_pair_forces, add_patch_forces, measure
+    return add_patch_forces, measure
 
 
 @wp.kernel(enable_backward=False)

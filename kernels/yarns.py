@@ -13,6 +13,12 @@ COLLAPSE_SINE = wp.constant(wp.float64(0.05))
 QUARTER_TURN = wp.constant(wp.float64(1.5707963267948966))
 """π/2 [rad]."""
 
+THIRD_OF_HALF_TURN = wp.constant(wp.float64(1.0471975511965976))
+"""π/3 [rad]."""
+
+SINE_OF_60 = wp.constant(wp.float64(0.8660254037844386))
+"""sin 60° [-]."""
+
 
 @wp.func
 def warp_vector(gradient: wp.vec4d, edge_b: wp.vec3d, edge_c: wp.vec3d) -> wp.vec3d:
@@ -66,6 +72,49 @@ def arc_sine(x: wp.float64) -> wp.float64:
     if x < wp.float64(0.0):
         angle = -angle
     return angle
+
+
+@wp.func
+def turned_sine(sine: wp.float64, cosine: wp.float64) -> wp.float64:
+    """Sine of an angle, turned 60° towards zero where it is beyond 30°, for `arc_sine_series`."""
+    half = wp.float64(0.5)
+    turned = half * sine - wp.sign(sine) * SINE_OF_60 * cosine
+    return wp.where(wp.abs(sine) <= half, sine, turned)
+
+
+@wp.func
+def turn(sine: wp.float64) -> wp.float64:
+    """The angle [rad] that `turned_sine` took away."""
+    taken = wp.sign(sine) * THIRD_OF_HALF_TURN
+    return wp.where(wp.abs(sine) <= wp.float64(0.5), wp.float64(0.0), taken)
+
+
+@wp.func
+def arc_sine_series_4(x: wp.vec4d) -> wp.vec4d:
+    """`arc_sine_series` of four."""
+    return wp.vec4d(
+        arc_sine_series(x[0]),
+        arc_sine_series(x[1]),
+        arc_sine_series(x[2]),
+        arc_sine_series(x[3]),
+    )
+
+
+@wp.func
+def angles_within_quarter_turn(s: wp.vec4d, c: wp.vec4d) -> wp.vec4d:
+    """Four angles in −π/2 … π/2 [rad] from their sines and cosines.
+
+    The two ways out also tell the compiler that the four belong together.
+    """
+    if wp.dot(s, s) <= wp.float64(0.25):
+        return arc_sine_series_4(s)
+    turned = wp.vec4d(
+        turned_sine(s[0], c[0]),
+        turned_sine(s[1], c[1]),
+        turned_sine(s[2], c[2]),
+        turned_sine(s[3], c[3]),
+    )
+    return arc_sine_series_4(turned) + wp.vec4d(turn(s[0]), turn(s[1]), turn(s[2]), turn(s[3]))
 
 
 @wp.func

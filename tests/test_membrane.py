@@ -220,14 +220,15 @@ def test_numbering_changes_nothing(averaging, device):
         np.testing.assert_allclose(after, before[shuffle], atol=1e-11 * np.abs(before).max())
 
 
-def test_pair_kernel_is_the_patch_kernel_for_two(device):
+@pytest.mark.parametrize("pairs", [50, 51])
+def test_pair_kernel_is_the_patch_kernel_for_two(pairs, device):
     rng = np.random.default_rng(6)
     cloth = fabric(STIFF, INTERLOCK, angle=ANGLES[1])
-    ply = patch_ply(cloth, "pair", 50, rng)
+    ply = patch_ply(cloth, "pair", pairs, rng)
     x = deformed(ply, "pair", rng)
     membrane = membrane_of(ply, device, stabiliser=50.0)
-    assert len(membrane.loads) == 1 and membrane.loads[0][1] == 50
-    _, add_patch_forces, _ = make_yarn_membrane(*membrane_functions(cloth))
+    assert [count for _, count, _ in membrane.loads] == [25] + [1] * (pairs % 2)
+    add_patch_forces, _ = make_yarn_membrane(*membrane_functions(cloth))
     at = wp.array(x, dtype=wp.vec3d, device=device)
     f = wp.zeros(len(x), dtype=wp.vec3d, device=device)
     _, count, inputs = membrane.measurement
@@ -236,6 +237,15 @@ def test_pair_kernel_is_the_patch_kernel_for_two(device):
     assert np.abs(expected).max() > 1.0
     found = forces(membrane, x, device)
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_vertex_that_is_not_a_number_spoils_its_pair_alone(device):
+    rng = np.random.default_rng(6)
+    ply = patch_ply(fabric(STIFF, INTERLOCK), "pair", 4, rng)
+    x = deformed(ply, "pair", rng)
+    x[5, 1] = math.nan
+    f = forces(membrane_of(ply, device), x, device).reshape(4, 4, 3)
+    assert np.isnan(f[1]).any(axis=1).all() and np.isfinite(f[[0, 2, 3]]).all()
 
 
 def test_plain_is_the_sum_of_single_triangles(device):

@@ -13,6 +13,7 @@ import warp as wp
 from warpdrape.fabric import Fabric
 from warpdrape.kernels import membrane as kernels
 from warpdrape.kernels.isotropic import IsotropicMembrane as IsotropicStruct
+from warpdrape.kernels.pairs import TwoPairs, make_pair_forces
 from warpdrape.law_data import (
     initial_shear_stiffness,
     membrane_functions,
@@ -133,7 +134,8 @@ def build_membrane(
 
 @functools.cache
 def _yarn_kernels(functions: tuple) -> tuple:
-    return kernels.make_yarn_membrane(*functions)
+    tension, _, shear, _, *structs = functions
+    return make_pair_forces(tension, shear, *structs), *kernels.make_yarn_membrane(*functions)
 
 
 def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple[tuple, tuple]:
@@ -153,21 +155,42 @@ def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> t
     patches = len(offsets) - 1
     offset_array = wp.array(offsets, dtype=wp.int32, device=device)
     member_array = wp.array(members, dtype=wp.int32, device=device)
+    paired = pairs - pairs % 2
     loads = []
-    if pairs:
-        halves = members[: 2 * pairs].reshape(-1, 2)
-        quads, da, db = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
-        arrays = [
-            wp.array(quads + vertex, dtype=wp.vec4i, device=device),
-            wp.array(da, dtype=wp.vec4d, device=device),
-            wp.array(db, dtype=wp.vec4d, device=device),
-            wp.array(areas[halves], dtype=wp.vec2d, device=device),
-        ]
-        loads.append((add_pair_forces, pairs, [*arrays, *laws]))
-    if patches > pairs:
-        inputs = [pairs, offset_array, member_array, *common, *laws]
-        loads.append((add_patch_forces, patches - pairs, inputs))
+    if paired:
+        halves = members[: 2 * paired].reshape(-1, 2)
+        quads, *of_two = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
+        two_pairs = two_by_two(quads + vertex, *of_two, areas[halves])
+        pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
+        loads.append((add_pair_forces, paired // 2, [pair_array, *laws]))
+    if patches > paired:
+        inputs = [paired, offset_array, member_array, *common, *laws]
+        loads.append((add_patch_forces, patches - paired, inputs))
     return tuple(loads), (measure, patches, [offset_array, member_array, *common, *laws])
+
+
+def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Arrange pairs two by two as the kernels' `TwoPairs`.
+
+    Args:
+        quads: vertices (i, j, k, l), an even number of pairs, shape [p, 4].
+        da: D of (i, j, k) [1/m], shape [p, 4].
+        db: D of (i, l, j) [1/m], shape [p, 4].
+        areas: initial areas [m²], shape [p, 2].
+
+    Returns:
+        Structured array, shape [p / 2].
+    """
+
+    def lanes(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.column_stack([a, b]).reshape(-1, 4)
+
+    two = np.zeros(len(quads) // 2, dtype=TwoPairs.numpy_dtype())
+    two["vertices_p"], two["vertices_q"] = quads[0::2], quads[1::2]
+    two["warp_at_j"], two["warp_at_tip"] = lanes(da[:, 0], db[:, 1]), lanes(da[:, 1], db[:, 0])
+    two["weft_at_j"], two["weft_at_tip"] = lanes(da[:, 2], db[:, 3]), lanes(da[:, 3], db[:, 2])
+    two["areas"] = areas.reshape(-1, 4)
+    return two
 
 
 def pair_gradients(
