@@ -7,7 +7,12 @@ import math
 import numpy as np
 import warp as wp
 
-from warpdrape.kernels.motion import advance_tools, advance_vertices, count_step
+from warpdrape.kernels.motion import (
+    advance_clamped,
+    advance_tools,
+    advance_vertices,
+    count_step,
+)
 from warpdrape.kernels.ply_contact import (
     add_ply_forces,
     add_vertex_normals,
@@ -142,28 +147,28 @@ def step(model: Model, state: State) -> None:
             ],
             device=device,
         )
+    if scene.clamps:
+        wp.launch(
+            advance_clamped,
+            model.mass.shape[0],
+            inputs=[
+                model.medium,
+                model.mass,
+                model.added_mass,
+                model.clamp,
+                model.rest,
+                state.clamp_matrix,
+                state.clamp_shift,
+                state.step,
+            ],
+            outputs=[state.x, state.v, state.f, state.clamp_work, state.clamp_force],
+            device=device,
+        )
     wp.launch(
         advance_vertices,
         model.mass.shape[0],
-        inputs=[
-            model.medium,
-            model.mass,
-            model.added_mass,
-            model.clamp,
-            model.rest,
-            state.clamp_matrix,
-            state.clamp_shift,
-            state.step,
-        ],
-        outputs=[
-            state.x,
-            state.v,
-            state.f,
-            state.lost,
-            state.clamp_work,
-            state.clamp_force,
-            state.runaway,
-        ],
+        inputs=[model.medium, model.mass, model.added_mass, model.clamp],
+        outputs=[state.x, state.v, state.f, state.lost, state.runaway],
         device=device,
     )
     if scene.tools:
