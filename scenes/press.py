@@ -16,7 +16,7 @@ HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 1.9 * kg
 """An aluminium ring of these radii, 5 mm thick."""
-HOLD = 0.1
+HOLD = 0.2
 """Time for which the punch stands at the end, as a share of the stroke [-]."""
 FORCE_RAMP = 0.05
 """Share of the stroke in which the holder's force rises [-]."""
