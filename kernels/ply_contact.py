@@ -207,7 +207,7 @@ def find_ply_contacts(
     if had > wp.float64(0.0):
         has = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
         lost[i] += wp.vec3d(wp.float64(0.0), wp.max(had - has, wp.float64(0.0)), wp.float64(0.0))
-    wp.atomic_max(deepest, pair, -gap - allowance)
+    wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
 
 
