@@ -9,12 +9,16 @@ so what friction and dashpot take in a step is the work of the mean of its two e
 import warp as wp
 
 
+TINY = wp.constant(wp.float64(1e-30))
+"""Keeps a slack spring's length from dividing by zero [m]."""
+
+
 @wp.struct
 class ContactLaw:
     """What every contact of a run shares."""
 
-    share: wp.float64  # k Δt² / m [-]
-    damping_ratio: wp.float64  # of the contact's critical damping [-]
+    stiffness: wp.float64  # k / m = share / Δt² [1/s²]
+    lag: wp.float64  # of the dashpot, 2 ζ √(k m) / k [s]
     time_step: wp.float64  # s
 
 
@@ -29,12 +33,6 @@ class Traction:
     friction: wp.float64  # J lost in slip in this step
     damping: wp.float64  # J lost in the dashpot in this step
     slip: wp.float64  # m slid in this step
-
-
-@wp.func
-def contact_stiffness(law: ContactLaw, mass: wp.float64) -> wp.float64:
-    """Penalty stiffness [N/m] of a contact of effective mass [kg]."""
-    return law.share * mass / (law.time_step * law.time_step)
 
 
 @wp.func
@@ -61,26 +59,22 @@ def contact_traction(
         dashpot: the dashpot's force in the last step [N].
     """
     t = Traction()
-    stiffness = contact_stiffness(law, mass)
+    zero = wp.float64(0.0)
     half = wp.float64(0.5)
+    stiffness = law.stiffness * mass
+    approach = wp.dot(normal, velocity)
     trial = spring + law.time_step * velocity
     trial = trial - wp.dot(normal, trial) * normal
-    if gap < wp.float64(0.0):
-        approach = wp.dot(normal, velocity)
-        elastic = -stiffness * gap
-        viscosity = wp.float64(2.0) * law.damping_ratio * wp.sqrt(stiffness * mass)
-        pressure = wp.max(elastic - viscosity * approach, wp.float64(0.0))
-        t.dashpot = pressure - elastic
+    if gap < zero:
+        depth = wp.max(-gap - law.lag * approach, zero)  # at which the spring alone presses so
+        t.dashpot = stiffness * (depth + gap)
+        limit = friction * depth
         length = wp.length(trial)
-        limit = friction * pressure / stiffness
-        t.spring = trial
-        if length > limit:
-            t.spring = (limit / length) * trial
-            t.slip = length - limit
-        t.force = pressure * normal - stiffness * t.spring
-        t.stored = half * stiffness * (gap * gap + wp.dot(t.spring, t.spring))
+        t.spring = (limit / wp.max(wp.max(length, limit), TINY)) * trial
+        t.slip = wp.max(length - limit, zero)
+        t.force = stiffness * (depth * normal - t.spring)
+        t.stored = half * stiffness * (gap * gap + wp.length_sq(t.spring))
     # Work of the mean of a step's two end forces over its way, less what the spring took up.
-    way = law.time_step * wp.dot(normal, velocity)
-    t.damping = -half * (dashpot + t.dashpot) * way
+    t.damping = -half * law.time_step * (dashpot + t.dashpot) * approach
     t.friction = half * stiffness * wp.dot(spring + t.spring, trial - t.spring)
     return t

@@ -23,8 +23,8 @@ def advance_clamped(
     added_mass: wp.array(dtype=wp.float64),
     clamp: wp.array(dtype=wp.int32),
     rest: wp.array(dtype=wp.vec3d),
-    clamp_matrix: wp.array2d(dtype=wp.mat33d),
-    clamp_shift: wp.array2d(dtype=wp.vec3d),
+    clamp_matrix: wp.array(dtype=wp.mat33d),
+    clamp_shift: wp.array(dtype=wp.vec3d),
     step: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
@@ -42,7 +42,7 @@ def advance_clamped(
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
         rest: positions at the start [m], shape [vertex].
-        clamp_matrix: M of each step of the frame, shape [clamp, step in frame + 1].
+        clamp_matrix: M of each step of the frame, shape [clamp · (step in frame + 1)].
         clamp_shift: s [m], likewise.
         step: number of the step in the frame, shape [1].
         x: positions [m], shape [vertex]; advanced.
@@ -57,8 +57,8 @@ def advance_clamped(
         return
     dt = medium.time_step
     load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
-    k = step[0] + 1
-    target = clamp_matrix[held, k] * rest[i] + clamp_shift[held, k]
+    k = held * (clamp_shift.shape[0] // clamp_force.shape[0]) + step[0] + 1
+    target = clamp_matrix[k] * rest[i] + clamp_shift[k]
     old = v[i]
     new = (target - x[i]) / dt
     force = mass[i] * (new - old) / dt - load

@@ -7,7 +7,7 @@ another; `side` is +1 where the vertex's ply lies above the triangle's, and neve
 
 import warp as wp
 
-from .contact import ContactLaw, contact_stiffness, contact_traction
+from .contact import ContactLaw, contact_traction
 from .surface import barycentric, is_on_border, sag_height, sag_slope, sags, to_single, weighted
 
 
@@ -89,7 +89,7 @@ def spring_energy(
 ) -> wp.float64:
     """Energy [J] in the penalty and stick springs of a contact."""
     depth = wp.min(contact_gap(contact, thickness, x, i), wp.float64(0.0))
-    stiffness = contact_stiffness(law, effective_mass(contact, mass, i))
+    stiffness = law.stiffness * effective_mass(contact, mass, i)
     return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
 
 

@@ -1,8 +1,10 @@
 """Contact of the plies' vertices with rigid tools that translate.
 
-`find_tool_contacts` runs every few steps: it asks Warp's mesh query for the nearest facet and keeps
-the tangent plane of the smoothed surface there. `add_tool_forces` runs every step on that plane.
-All positions kept here are in the tool's own frame.
+`find_tool_contacts` runs every few steps: where a vertex has moved, it asks Warp's mesh query for
+the nearest facet and keeps the tangent plane of the smoothed surface there. `add_tool_forces` runs
+every step on those planes. All positions kept here are in the tool's own frame. A slot is a vertex
+of a tool, number tool · vertices + vertex: Warp's CPU code is fastest where all arrays of a kernel
+have one dimension.
 """
 
 import warp as wp
@@ -18,14 +20,34 @@ from .surface import (
     weighted,
 )
 
+SINGLE = wp.constant(wp.float64(1e-6))
+"""Beyond the distance known to bound it, a query looks so much farther [m]: it rounds to single."""
+
 
 @wp.struct
-class ToolContact:
-    """Tangent plane of one tool near one vertex."""
+class ToolPlane:
+    """Tangent plane of one tool near one vertex; its normal is zero where none is near."""
 
-    point: wp.vec3d  # m, tool frame
-    normal: wp.vec3d  # outward
-    near: wp.int32  # 1 if the vertex may touch before the next search
+    normal: wp.vec3d  # outward, unit
+    level: wp.float64  # of the plane along the normal, plus half the ply thickness [m]
+
+
+@wp.struct
+class ToolHold:
+    """What the contact of a vertex with a tool remembers from step to step."""
+
+    spring: wp.vec3d  # stick spring [m]
+    dashpot: wp.float64  # force [N]
+    stored: wp.float64  # energy of penalty and stick spring [J]
+
+
+@wp.struct
+class ToolQuery:
+    """The last query of one vertex for one tool."""
+
+    at: wp.vec3d  # where it was, tool frame [m]
+    distance: wp.float64  # from the facets [m]
+    way: wp.float64  # that it may move before it is asked again [m]
 
 
 @wp.struct
@@ -34,6 +56,8 @@ class ToolSearch:
 
     reach: wp.float64  # m beyond the offset within which a vertex counts as near
     radius: wp.float64  # m, of the mesh query
+    keep: wp.float64  # m, way in the tool's frame for which a plane serves
+    plain: wp.int32  # 1 to ask for every vertex at every search, as far as it looks
 
 
 @wp.struct
@@ -50,43 +74,73 @@ class ToolSurfaces:
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
 
 
-@wp.kernel(enable_backward=False)
-def find_tool_contacts(
+@wp.func
+def may_touch(bits: wp.int32, tool: int) -> bool:
+    """Whether a vertex's bits allow that a tool is near; tools 32 apart share a bit."""
+    return (bits >> (tool & 31)) & 1 == 1
+
+
+@wp.func
+def is_near(plane: ToolPlane) -> bool:
+    """Whether it is the plane of a tool that is near."""
+    return wp.length_sq(plane.normal) > wp.float64(0.0)
+
+
+@wp.func
+def plane_gap(plane: ToolPlane, at: wp.vec3d) -> wp.float64:
+    """Gap [m] between a vertex's side of the ply and the plane."""
+    return wp.dot(plane.normal, at) - plane.level
+
+
+@wp.func
+def no_plane() -> ToolPlane:
+    """A plane that nothing touches."""
+    plane = ToolPlane()
+    plane.level = -wp.float64(1.0)
+    return plane
+
+
+@wp.func
+def nearest_facet(
+    surfaces: ToolSurfaces, tool: int, at: wp.vec3d, bound: wp.float64, radius: wp.float64
+) -> int:
+    """Facet of a tool that is nearest to a point in its frame; −1 if none within ``radius`` [m].
+
+    Known not to be farther than ``bound`` [m], it is found faster.
+    """
+    mesh = surfaces.meshes[tool]
+    point = to_single(at)
+    query = wp.mesh_query_point_no_sign(mesh, point, float(wp.min(bound + SINGLE, radius)))
+    if query.result:
+        return surfaces.first_facet[tool] + query.face
+    if bound + SINGLE < radius:  # rounding hid it
+        query = wp.mesh_query_point_no_sign(mesh, point, float(radius))
+        if query.result:
+            return surfaces.first_facet[tool] + query.face
+    return -1
+
+
+@wp.func
+def tangent_plane(
     surfaces: ToolSurfaces,
-    search: ToolSearch,
-    offset: wp.array(dtype=wp.float64),
-    tool_shift: wp.array(dtype=wp.vec3d),
-    x: wp.array(dtype=wp.vec3d),
-    contacts: wp.array2d(dtype=ToolContact),
-    asked_at: wp.array2d(dtype=wp.vec3d),
-    clearance: wp.array2d(dtype=wp.float64),
-    deepest: wp.array(dtype=wp.float64),
+    tool: int,
+    facet: int,
+    at: wp.vec3d,
+    offset: wp.float64,
+    near: wp.float64,
+    held: bool,
 ):
-    """Find the tangent planes near the vertices; one thread a (tool, vertex).
+    """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
 
     Args:
         surfaces: the tools' facets.
-        search: how far to look.
-        offset: half the ply thickness [m], shape [vertex].
-        tool_shift: the tools' translations [m], shape [tool].
-        x: positions [m], shape [vertex].
-        contacts: shape [tool, vertex]; overwritten where asked anew.
-        asked_at: position at the last query, tool frame [m], shape [tool, vertex]; updated.
-        clearance: distance known free at that query [m], shape [tool, vertex]; updated.
-        deepest: largest penetration seen so far [m], shape [tool]; raised.
+        tool: number of the tool.
+        facet: the nearest one, in ``surfaces``.
+        at: position in the tool's frame [m].
+        offset: half the ply thickness [m].
+        near: distance within which a vertex counts as near [m].
+        held: whether the vertex had a plane before.
     """
-    tool, i = wp.tid()
-    at = x[i] - tool_shift[tool]
-    near = offset[i] + search.reach
-    if clearance[tool, i] - wp.length(at - asked_at[tool, i]) > near:
-        return
-    asked_at[tool, i] = at
-    query = wp.mesh_query_point_no_sign(surfaces.meshes[tool], to_single(at), float(search.radius))
-    if not query.result:
-        clearance[tool, i] = search.radius - surfaces.sag[tool]
-        contacts[tool, i].near = 0
-        return
-    facet = surfaces.first_facet[tool] + query.face
     a = surfaces.corners[facet, 0]
     b = surfaces.corners[facet, 1]
     c = surfaces.corners[facet, 2]
@@ -102,88 +156,144 @@ def find_tool_contacts(
         at_corners = wp.matrix_from_rows(na, nb, nc)
         point = flat + CURVED * bulge(corners, at_corners, w)
         normal = curved_normal(corners, at_corners, w, CURVED)
-    clearance[tool, i] = wp.length(at - flat) - surfaces.sag[tool]
-    gap = wp.dot(normal, at - point) - offset[i]
-    touched = contacts[tool, i].near == 1
-    past_border = is_on_border(w, surfaces.open_edges[facet]) and (
-        wp.length_sq(at - point) - (gap + offset[i]) * (gap + offset[i]) > offset[i] * offset[i]
-    )
+    distance = wp.length(at - flat)
+    height = wp.dot(normal, at - point)
+    gap = height - offset
+    aside = wp.length_sq(at - point) - height * height
+    past_border = is_on_border(w, surfaces.open_edges[facet]) and aside > offset * offset
     inside = gap < wp.float64(0.0)
-    contacts[tool, i].near = 0
-    if past_border or (not inside and clearance[tool, i] > near):
-        return
-    if gap < -near and not touched:  # behind an open surface, not pressed into it
-        return
-    contacts[tool, i].near = 1
-    contacts[tool, i].point = point
-    contacts[tool, i].normal = normal
-    if gap < wp.float64(0.0):
-        wp.atomic_max(deepest, tool, -gap)
+    behind = gap < -near and not held  # an open surface, not pressed into it
+    plane = no_plane()
+    if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near):
+        plane.normal = normal
+        plane.level = wp.dot(normal, point) + offset
+    return plane, distance
+
+
+@wp.kernel(enable_backward=False)
+def find_tool_contacts(
+    surfaces: ToolSurfaces,
+    search: ToolSearch,
+    offset: wp.array(dtype=wp.float64),
+    tool_shift: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    planes: wp.array(dtype=ToolPlane),
+    queries: wp.array(dtype=ToolQuery),
+    touching: wp.array(dtype=wp.int32),
+    holds: wp.array(dtype=ToolHold),
+    lost: wp.array(dtype=wp.vec3d),
+    deepest: wp.array(dtype=wp.float64),
+):
+    """Find the tangent planes near the vertices; one thread a vertex.
+
+    A vertex is asked anew once it has moved: as far as its plane serves, or as far as it was free.
+    No facet can be farther than the last one was, plus the way since: that bounds the query.
+
+    Args:
+        surfaces: the tools' facets.
+        search: how far to look.
+        offset: half the ply thickness [m], shape [vertex].
+        tool_shift: the tools' translations [m], shape [tool].
+        x: positions [m], shape [vertex].
+        planes: shape [tool · vertex]; overwritten where asked anew.
+        queries: the last ones, shape [tool · vertex]; likewise.
+        touching: bits of the tools that are near, shape [vertex]; overwritten.
+        holds: shape [tool · vertex]; let go where the tool is near no more.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        deepest: largest penetration seen so far [m], shape [tool]; raised.
+    """
+    i = wp.tid()
+    before = touching[i]
+    near = offset[i] + search.reach
+    now = wp.int32(0)
+    for tool in range(tool_shift.shape[0]):
+        slot = tool * x.shape[0] + i
+        at = x[i] - tool_shift[tool]
+        moved = wp.length(at - queries[slot].at)
+        if moved >= queries[slot].way or search.plain == 1:
+            held = may_touch(before, tool) and is_near(planes[slot])
+            plane = no_plane()
+            distance = search.radius
+            bound = queries[slot].distance + moved
+            if search.plain == 1:
+                bound = search.radius
+            facet = nearest_facet(surfaces, tool, at, bound, search.radius)
+            if facet >= 0:
+                plane, distance = tangent_plane(surfaces, tool, facet, at, offset[i], near, held)
+            queries[slot].at = at
+            queries[slot].distance = distance
+            queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
+            planes[slot] = plane
+            if held and not is_near(plane):  # slid past the tool's border
+                lost[i] += wp.vec3d(holds[slot].stored, wp.float64(0.0), wp.float64(0.0))
+                holds[slot] = ToolHold()
+            if is_near(plane):
+                now |= wp.int32(1) << (tool & 31)
+        elif may_touch(before, tool) and is_near(planes[slot]):
+            now |= wp.int32(1) << (tool & 31)
+        if may_touch(now, tool):
+            gap = plane_gap(planes[slot], at)
+            if gap < wp.float64(0.0):
+                wp.atomic_max(deepest, tool, -gap)
+    touching[i] = now
 
 
 @wp.kernel(enable_backward=False)
 def add_tool_forces(
     law: ContactLaw,
     friction: wp.array(dtype=wp.float64),
-    offset: wp.array(dtype=wp.float64),
     mass: wp.array(dtype=wp.float64),
     tool_shift: wp.array(dtype=wp.vec3d),
     tool_velocity: wp.array(dtype=wp.vec3d),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
-    contacts: wp.array2d(dtype=ToolContact),
-    springs: wp.array2d(dtype=wp.vec3d),
-    dashpots: wp.array2d(dtype=wp.float64),
+    planes: wp.array(dtype=ToolPlane),
+    touching: wp.array(dtype=wp.int32),
+    holds: wp.array(dtype=ToolHold),
     f: wp.array(dtype=wp.vec3d),
     reaction: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
-    stored: wp.array2d(dtype=wp.float64),
 ):
     """Add the tools' contact forces to ``f``; one thread a vertex.
 
     Args:
         law: contact law.
         friction: μ, shape [tool].
-        offset: half the ply thickness [m], shape [vertex].
         mass: shape [vertex] [kg].
         tool_shift: translations [m], shape [tool].
         tool_velocity: over the last step [m/s], shape [tool].
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
-        contacts: tangent planes, shape [tool, vertex].
-        springs: stick springs [m], shape [tool, vertex]; updated.
-        dashpots: dashpot forces [N], shape [tool, vertex]; overwritten.
+        planes: tangent planes, shape [tool · vertex].
+        touching: bits of the tools that are near, shape [vertex].
+        holds: memory of the contacts, shape [tool · vertex]; updated.
         f: forces [N], shape [vertex]; accumulated.
         reaction: forces on the tools [N], shape [tool]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        stored: energy of the contact springs [J], shape [tool, vertex]; overwritten.
     """
     i = wp.tid()
+    bits = touching[i]
+    if bits == 0:
+        return
     for tool in range(friction.shape[0]):
-        if contacts[tool, i].near == 0:
-            if stored[tool, i] > wp.float64(0.0):  # slid past the tool's border
-                lost[i] += wp.vec3d(stored[tool, i], wp.float64(0.0), wp.float64(0.0))
-                stored[tool, i] = wp.float64(0.0)
-                springs[tool, i] = wp.vec3d()
-                dashpots[tool, i] = wp.float64(0.0)
-        else:
-            normal = contacts[tool, i].normal
-            gap = wp.dot(normal, x[i] - tool_shift[tool] - contacts[tool, i].point) - offset[i]
-            old = springs[tool, i]
-            if gap < wp.float64(0.0) or stored[tool, i] > wp.float64(0.0):
+        if may_touch(bits, tool):
+            slot = tool * x.shape[0] + i
+            plane = planes[slot]
+            gap = plane_gap(plane, x[i] - tool_shift[tool])
+            if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
                 t = contact_traction(
                     law,
                     mass[i],
                     friction[tool],
                     gap,
-                    normal,
+                    plane.normal,
                     v[i] - tool_velocity[tool],
-                    old,
-                    dashpots[tool, i],
+                    holds[slot].spring,
+                    holds[slot].dashpot,
                 )
-                springs[tool, i] = t.spring
-                dashpots[tool, i] = t.dashpot
-                stored[tool, i] = t.stored
+                holds[slot].spring = t.spring
+                holds[slot].dashpot = t.dashpot
+                holds[slot].stored = t.stored
                 f[i] += t.force
-                wp.atomic_sub(reaction, tool, t.force)
                 lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
+                wp.atomic_sub(reaction, tool, t.force)

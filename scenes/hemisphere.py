@@ -19,6 +19,7 @@ def build(
     mesh: str = "grid",
     facet: float = 5e-3,
     contact_share: float = 0.04,
+    contact: str = "fast",
 ) -> Scene:
     """Build the hemisphere on the reference press, with one square ply.
 
@@ -34,6 +35,7 @@ def build(
         mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
+        contact: "fast", or "exact" to search for every vertex at every step.
     """
     parameters = dict(locals())
     ply = Ply.rectangle(

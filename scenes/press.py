@@ -34,7 +34,8 @@ def hemisphere_tools(
     Args:
         name: of the scene.
         plies: from the die up.
-        parameters: of the scene; travel, duration, holder_force, facet and contact_share are used.
+        parameters: of the scene; travel, duration, holder_force, facet, contact_share and contact
+            are used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
     """
@@ -54,6 +55,6 @@ def hemisphere_tools(
         duration=(1.0 + HOLD) * duration,
         friction=friction,
         ply_friction=ply_friction,
-        numerics=Numerics(contact_share=parameters["contact_share"]),
+        numerics=Numerics(contact_share=parameters["contact_share"], contact=parameters["contact"]),
         parameters=parameters,
     )

@@ -191,6 +191,21 @@ def test_forming_balances_its_energy_and_is_quasi_static(formed):
     assert from_forces == pytest.approx(tools, rel=0.1)
 
 
+def test_fast_contact_forms_as_a_search_at_every_step_does(formed):
+    exact = hemisphere.build(cells=8, duration=0.04, contact="exact").run(frames=20)
+    assert exact.completed and exact.summary["energy_error"] < 0.001
+    assert formed.summary["energy_error"] < 0.002
+    apart = np.linalg.norm(exact.plies[0].points - formed.plies[0].points, axis=1)
+    # Stick and slip make runs wander: an exact one with a 1 % shorter step ends 0.06 mm away.
+    assert apart.max() < 1e-4
+    one, other = (result.summary["plies"][0] for result in (exact, formed))
+    assert one["p95_shear_deg"] == pytest.approx(other["p95_shear_deg"], abs=0.1)
+    force = exact.history["punch_force_n"]
+    np.testing.assert_allclose(
+        formed.history["punch_force_n"], force, atol=0.01 * np.abs(force).max()
+    )
+
+
 def test_holder_floats_and_bears_its_force(formed):
     settled = formed.history["holder_force_n"][-8:]
     np.testing.assert_allclose(np.abs(settled).mean(), 100.0, rtol=0.05)

@@ -27,10 +27,12 @@ def searcher(tools, device="cpu", cells=10, **numerics):
     return model, initial_state(model)
 
 
-def found(state, tool=0):
-    """What the last search kept of one tool: (near, point, normal)."""
-    contacts = state.tool_contacts.numpy()[tool]
-    return contacts["near"] == 1, contacts["point"], contacts["normal"]
+def found(state):
+    """What the last search kept of the one tool: whether near, and the plane's normal and level."""
+    planes = state.tool_planes.numpy()
+    near = (planes["normal"] != 0.0).any(axis=1)
+    np.testing.assert_array_equal(near, state.tool_touching.numpy() == 1)
+    return near, planes["normal"], planes["level"]
 
 
 def near_sphere(count, rng, low, high, polar=0.8 * np.pi):
@@ -49,9 +51,9 @@ def test_gap_to_a_sphere_converges_with_the_facets(device):
         x, distance, out = near_sphere(len(model.masses.mass), rng, -5e-5, 4e-4)
         state.x.assign(x)
         search_contacts(model, state)
-        near, point, normal = found(state)
+        near, normal, level = found(state)
         assert near.all()
-        gap = (normal * (x - point)).sum(axis=1)
+        gap = (normal * x).sum(axis=1) - level + HALF
         gaps.append(np.abs(gap - distance).max())
         tilts.append(np.linalg.norm(normal - out, axis=1).max())
         flat = 0.125 * facet**2 / RADIUS  # how far a facet lies inside the sphere
@@ -106,14 +108,14 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
     state.tool_shift.assign(shift[None])
     state.x.assign(x + shift)
     search_contacts(model, state)
-    near, point, normal = found(state)
+    near, normal, _ = found(state)
     exact = distances(x, tool.surface.mesh.triangles)
     reach = HALF + model.search.reach
     # The query sees positions in single precision: 3e-9 m at 0.05 m from the origin.
     assert near[exact < reach - 1e-8].all()
     assert not near[exact > reach + 1e-8].any()
     assert 0.2 < near.mean() < 0.98
-    apart = np.linalg.norm(x - point, axis=1)
+    apart = state.tool_queries.numpy()["distance"]
     np.testing.assert_allclose(apart[near], exact[near], atol=1e-8)
     np.testing.assert_allclose(np.linalg.norm(normal[near], axis=1), 1.0, atol=1e-12)
 
@@ -128,15 +130,48 @@ def test_points_not_asked_anew_are_never_missed(device):
     asked = 0
     for _ in range(120):
         x = x + 0.5 * slide * (drift + rng.uniform(-0.1, 0.1, x.shape))
-        before = state.asked_at.numpy().copy()
+        before = state.tool_queries.numpy()["at"].copy()
         state.x.assign(x)
         search_contacts(model, state)
-        asked += (state.asked_at.numpy() != before).any(axis=2).sum()
+        asked += (state.tool_queries.numpy()["at"] != before).any(axis=1).sum()
         distance = np.linalg.norm(x - CENTER, axis=1) - RADIUS
         touching = np.abs(distance) < HALF + slide
         assert found(state)[0][touching].all()
     assert touching.mean() > 0.1
     assert asked < 0.7 * 120 * len(x)
+
+
+def test_a_fast_search_leaves_planes_as_a_plain_one_finds_them(device):
+    # Vertices slide, lift off and come back; every search of the two must tell nearly the same.
+    tool = Tool.sphere(radius=RADIUS)
+    (fast, kept), (plain, fresh) = (
+        searcher([tool], device, cells=20, contact=contact) for contact in ("fast", "exact")
+    )
+    slide = fast.scene.numerics.search_slide
+    rng = np.random.default_rng(5)
+    x, _, out = near_sphere(len(fast.masses.mass), rng, HALF - 1e-5, HALF + 4e-4)
+    way = rng.uniform(-0.7, 0.7, x.shape)
+    way -= (way * out).sum(axis=1)[:, None] * out
+    asked, touched = 0, 0
+    for step in range(100):
+        x = x + 0.3 * slide * (way - 0.5 * np.sin(0.1 * step) * out)
+        before = kept.tool_queries.numpy()["at"].copy()
+        for model, state in ((fast, kept), (plain, fresh)):
+            state.x.assign(x)
+            search_contacts(model, state)
+        asked += (kept.tool_queries.numpy()["at"] != before).any(axis=1).sum()
+        (near, normal, level), (true_near, true_normal, true_level) = found(kept), found(fresh)
+        gap, true_gap = (
+            (n * x).sum(axis=1) - h for n, h in ((normal, level), (true_normal, true_level))
+        )
+        touching = true_near & (true_gap < slide)
+        assert near[touching].all()
+        # A plane serves half a slide and what is moved in one go, a slide in all: the sphere falls
+        # off from it by slide²/2R, 1.1e-8 m.
+        fall = 0.5 * slide**2 / RADIUS
+        np.testing.assert_allclose(gap[touching], true_gap[touching], atol=fall)
+        touched += (true_gap[touching] < 0.0).sum()
+    assert touched > 0.05 * 100 * len(x) and asked < 0.6 * 100 * len(x)
 
 
 @pytest.mark.parametrize("facet", [3e-3, 7.8e-3])
@@ -209,7 +244,9 @@ def test_friction_of_a_slipping_vertex_opposes_slip_and_obeys_coulomb(device):
     stepper.begin_frame(1)
     stepper.block()
     force = model.masses.mass[:, None] * (state.v.numpy() - velocity) / model.timing.time_step
-    normal = model.contact.share * model.masses.mass / model.timing.time_step**2 * 1e-7
+    normal = (
+        model.scene.numerics.contact_share * model.masses.mass / model.timing.time_step**2 * 1e-7
+    )
     expected = normal[:, None] * (-0.25 * 0.6, 0.25 * 0.8, 1.0)
     np.testing.assert_allclose(force, expected, rtol=1e-6)
     lost = state.lost.numpy()

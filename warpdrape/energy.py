@@ -107,7 +107,7 @@ def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies
         yarn=float(yarn),
         shear=float(shear),
         stabiliser=float(stabiliser),
-        contact=float(state.tool_stored.numpy().sum() + state.ply_stored.numpy().sum()),
+        contact=float(state.tool_holds.numpy()["stored"].sum() + state.ply_stored.numpy().sum()),
         friction=float(lost[0]),
         contact_damping=float(lost[1]),
         mass_damping=float(lost[2]),

@@ -12,7 +12,13 @@ from warpdrape.errors import InputError
 from warpdrape.kernels.contact import ContactLaw
 from warpdrape.kernels.motion import FloatingTools, Medium
 from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
-from warpdrape.kernels.tool_contact import ToolContact, ToolSearch, ToolSurfaces
+from warpdrape.kernels.tool_contact import (
+    ToolHold,
+    ToolPlane,
+    ToolQuery,
+    ToolSearch,
+    ToolSurfaces,
+)
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.motion import Float
 from warpdrape.scene import Scene
@@ -22,6 +28,8 @@ from warpdrape.tool import Tool
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
 again until the vertex has come closer."""
+PLANE_SERVES = 0.5
+"""Way of a vertex along a tool for which its tangent plane serves, in units of `search_slide` [-]."""
 SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0
@@ -137,13 +145,11 @@ class State:
     impulse: wp.array
     tool_work: wp.array
     tool_damped: wp.array
-    tool_contacts: wp.array
-    tool_springs: wp.array
-    tool_dashpots: wp.array
-    tool_stored: wp.array
+    tool_planes: wp.array
+    tool_queries: wp.array
+    tool_touching: wp.array
+    tool_holds: wp.array
     tool_deepest: wp.array
-    asked_at: wp.array
-    clearance: wp.array
     ply_contacts: wp.array
     ply_springs: wp.array
     ply_dashpots: wp.array
@@ -226,7 +232,7 @@ def _peak_speed(scene: Scene) -> float:
 
 def _timing(scene: Scene, step: float, stable: float, frames: int) -> Timing:
     per_search = math.floor(scene.numerics.search_slide / (_peak_speed(scene) * step))
-    every = min(max(per_search, 1), 256)
+    every = 1 if scene.numerics.contact == "exact" else min(max(per_search, 1), 256)
     per_frame = every * math.ceil(scene.duration / (frames * every * step))
     return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame)
 
@@ -326,8 +332,9 @@ def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
 
 def _contact_law(scene: Scene, timing: Timing) -> ContactLaw:
     law = ContactLaw()
-    law.share = scene.numerics.contact_share
-    law.damping_ratio = scene.numerics.contact_damping
+    share = scene.numerics.contact_share
+    law.stiffness = share / timing.time_step**2
+    law.lag = 2.0 * scene.numerics.contact_damping * timing.time_step / math.sqrt(share)
     law.time_step = timing.time_step
     return law
 
@@ -337,6 +344,8 @@ def _tool_search(scene: Scene) -> ToolSearch:
     search = ToolSearch()
     search.reach = near_reach(scene)
     search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
+    search.keep = PLANE_SERVES * scene.numerics.search_slide
+    search.plain = int(scene.numerics.contact == "exact")
     return search
 
 
@@ -379,13 +388,11 @@ def initial_state(model: Model) -> State:
         impulse=zeros(tools, vec),
         tool_work=zeros(tools, real),
         tool_damped=zeros(tools, real),
-        tool_contacts=zeros((tools, n), ToolContact),
-        tool_springs=zeros((tools, n), vec),
-        tool_dashpots=zeros((tools, n), real),
-        tool_stored=zeros((tools, n), real),
+        tool_planes=zeros(tools * n, ToolPlane),
+        tool_queries=_nothing_asked(tools * n, device),
+        tool_touching=zeros(n, wp.int32),
+        tool_holds=zeros(tools * n, ToolHold),
         tool_deepest=zeros(tools, real),
-        asked_at=zeros((tools, n), vec),
-        clearance=wp.full((tools, n), -math.inf, dtype=real, device=device),
         ply_contacts=zeros(slots, PlyContact),
         ply_springs=zeros(slots, vec),
         ply_dashpots=zeros(slots, real),
@@ -397,9 +404,16 @@ def initial_state(model: Model) -> State:
         clamp_force=zeros(clamps, vec),
         tool_path=zeros((tools, table), vec),
         tool_force=zeros((tools, table), real),
-        clamp_matrix=zeros((clamps, table), wp.mat33d),
-        clamp_shift=zeros((clamps, table), vec),
+        clamp_matrix=zeros(clamps * table, wp.mat33d),
+        clamp_shift=zeros(clamps * table, vec),
     )
+
+
+def _nothing_asked(slots: int, device: str) -> wp.array:
+    """Queries that leave no vertex a way to move before it is asked, shape [slot]."""
+    queries = np.zeros(slots, dtype=ToolQuery.numpy_dtype())
+    queries["distance"] = math.inf
+    return wp.array(queries, dtype=ToolQuery, device=device)
 
 
 def check_device(device: str) -> str:

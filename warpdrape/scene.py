@@ -86,6 +86,8 @@ class Numerics:
         contact_share: penalty stiffness over m/Δt² [-].
         contact_damping: damping of the contacts over their critical one [-].
         search_slide: sliding at tool speed between two contact searches [m].
+        contact: "fast" searches every few steps and only where things have moved; "exact" asks for
+            every vertex at every step, many times slower, to check the other against.
         time_step: Δt [s]; None takes ``safety`` times the stable one.
         safety: Δt over the stable step [-].
         minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
@@ -99,6 +101,7 @@ class Numerics:
     contact_share: float = 0.04
     contact_damping: float = 0.3
     search_slide: float = 4e-5
+    contact: str = "fast"
     time_step: float | None = None
     safety: float = 0.9
     minimum_time_step: float | None = None
@@ -106,6 +109,7 @@ class Numerics:
 
     def __post_init__(self) -> None:
         one_of("averaging", self.averaging, ("pairs", "plain"))
+        one_of("contact", self.contact, ("fast", "exact"))
         positive("stabiliser", self.stabiliser, zero=True)
         positive("stabiliser_floor", self.stabiliser_floor, zero=True)
         positive("damping", self.damping, unit="1/s", zero=True)

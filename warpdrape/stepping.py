@@ -33,15 +33,33 @@ three-ply hemisphere, at 1 ms one to three hundredths.
 
 def search_contacts(model: Model, state: State) -> None:
     """Find what each vertex may touch until the next search."""
+    search_tools(model, state)
+    search_plies(model, state)
+
+
+def search_tools(model: Model, state: State) -> None:
+    """Find which tools each vertex may touch until the next search."""
+    if not model.scene.tools:
+        return
+    wp.launch(
+        find_tool_contacts,
+        model.mass.shape[0],
+        inputs=[model.surfaces, model.search, model.offset, state.tool_shift, state.x],
+        outputs=[
+            state.tool_planes,
+            state.tool_queries,
+            state.tool_touching,
+            state.tool_holds,
+            state.lost,
+            state.tool_deepest,
+        ],
+        device=model.device,
+    )
+
+
+def search_plies(model: Model, state: State) -> None:
+    """Find which triangles of other plies each vertex may touch until the next search."""
     scene, device = model.scene, model.device
-    if scene.tools:
-        wp.launch(
-            find_tool_contacts,
-            (len(scene.tools), model.mass.shape[0]),
-            inputs=[model.surfaces, model.search, model.offset, state.tool_shift, state.x],
-            outputs=[state.tool_contacts, state.asked_at, state.clearance, state.tool_deepest],
-            device=device,
-        )
     if not model.ply_pairs:
         return
     state.normals.zero_()
@@ -129,22 +147,15 @@ def step(model: Model, state: State) -> None:
             inputs=[
                 model.contact,
                 model.surfaces.friction,
-                model.offset,
                 model.mass,
                 state.tool_shift,
                 state.tool_velocity,
                 state.x,
                 state.v,
-                state.tool_contacts,
+                state.tool_planes,
+                state.tool_touching,
             ],
-            outputs=[
-                state.tool_springs,
-                state.tool_dashpots,
-                state.f,
-                state.reaction,
-                state.lost,
-                state.tool_stored,
-            ],
+            outputs=[state.tool_holds, state.f, state.reaction, state.lost],
             device=device,
         )
     if scene.clamps:
@@ -196,10 +207,10 @@ def step(model: Model, state: State) -> None:
 
 
 class Stepper:
-    """Runs blocks of a search and the steps up to the next one, the steps from a captured graph.
+    """Runs blocks of a search and the steps up to the next one, from a captured graph.
 
-    The search stays outside the graph: Warp 1.19 does not record `Mesh.refit` on the CPU, so that a
-    replay would query a stale hierarchy.
+    The search between plies stays outside the graph: Warp 1.19 does not record `Mesh.refit` on the
+    CPU, so that a replay would query a stale hierarchy. Tools are rigid and need no refit.
     """
 
     def __init__(self, model: Model, state: State) -> None:
@@ -231,13 +242,13 @@ class Stepper:
             shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
             eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
             matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
-            state.clamp_shift.assign(shift)
-            state.clamp_matrix.assign(np.stack(matrix))
+            state.clamp_shift.assign(shift.reshape(-1, 3))
+            state.clamp_matrix.assign(np.concatenate(matrix))
         state.step.zero_()
 
     def block(self) -> None:
         """Search once and do the steps up to the next search."""
-        search_contacts(self._model, self._state)
+        search_plies(self._model, self._state)
         if not self._model.scene.numerics.graph:
             self._launch_steps()
             return
@@ -248,5 +259,6 @@ class Stepper:
         wp.capture_launch(self._graph)
 
     def _launch_steps(self) -> None:
+        search_tools(self._model, self._state)
         for _ in range(self._model.timing.search_every):
             step(self._model, self._state)
