@@ -8,7 +8,6 @@ so what friction and dashpot take in a step is the work of the mean of its two e
 
 import warp as wp
 
-
 TINY = wp.constant(wp.float64(1e-30))
 """Keeps a slack spring's length from dividing by zero [m]."""
 
