@@ -53,6 +53,17 @@ def test_graph_replay_is_eager_launching_bit_for_bit():
         np.testing.assert_array_equal(column, eager.history[name], err_msg=name)
 
 
+def test_a_profile_names_the_phases_and_changes_nothing(device, tmp_path):
+    plain = small_press().run(device=device, frames=4)
+    timed = small_press().run(tmp_path / "run", device=device, frames=4, profile=True)
+    for one, other in zip(plain.plies, timed.plies, strict=True):
+        np.testing.assert_array_equal(one.points, other.points)
+    spent = timed.summary["phases_s"]
+    for phase in ("elements", "tool contact", "ply contact", "tool search", "ply search", "output"):
+        assert spent[phase] > 0.0, phase
+    assert "phases_s" not in plain.summary
+
+
 @pytest.mark.parametrize("frames", [1, 7])
 def test_frames_are_evenly_spaced_from_start_to_end(frames, device):
     result = small_press().run(device=device, frames=frames)

@@ -120,6 +120,7 @@ def _add_run(commands: Any) -> None:
     run.add_argument("--frames", metavar="N", default="60",
                      help="frames of the animation and rows of the history; 60 if not given")
     run.add_argument("--quiet", action="store_true", help="show no progress")
+    run.add_argument("--profile", action="store_true", help="show where the time went")
     run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
 
 
@@ -154,9 +155,13 @@ def _run(arguments: argparse.Namespace) -> int:
         print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
     result = scene.run(
         folder, device=arguments.device, frames=frames, overwrite=arguments.overwrite,
-        quiet=arguments.quiet,
+        quiet=arguments.quiet, profile=arguments.profile,
     )
     print(summary_text(result.summary, folder))
+    if arguments.profile:
+        from warpdrape.phases import phase_table
+
+        print(f"\n{phase_table(result.summary['phases_s'])}")
     if result.completed:
         return DONE
     return _complain(result.summary["message"], FAILED)

@@ -29,7 +29,7 @@ SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
-"""Way of a vertex along a tool for which its tangent plane serves, in units of `search_slide` [-]."""
+"""Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
 SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0

@@ -198,6 +198,7 @@ class Scene:
         frames: int = 60,
         overwrite: bool = False,
         quiet: bool = True,
+        profile: bool = False,
     ) -> Result:
         """Compute the scene.
 
@@ -207,6 +208,7 @@ class Scene:
             frames: frames of the animation and rows of the history.
             overwrite: replace results that the folder holds.
             quiet: show no progress.
+            profile: time the phases now and then, for the entry ``phases_s`` of the summary.
 
         Returns:
             The finished run; ``result.summary["status"]`` says "completed" or "failed".
@@ -216,7 +218,15 @@ class Scene:
         """
         from warpdrape.simulation import run_scene
 
-        return run_scene(self, out, device=device, frames=frames, overwrite=overwrite, quiet=quiet)
+        return run_scene(
+            self,
+            out,
+            device=device,
+            frames=frames,
+            overwrite=overwrite,
+            quiet=quiet,
+            profile=profile,
+        )
 
 
 def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:

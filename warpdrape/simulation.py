@@ -12,6 +12,7 @@ import numpy as np
 from warpdrape.energy import Energies, balance, measure_membranes
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.model import Model, State, build_model, check_device, initial_state
+from warpdrape.phases import Profile
 from warpdrape.progress import Progress
 from warpdrape.result import FormedPly, Result, read_plies
 from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
@@ -36,6 +37,7 @@ def run_scene(
     frames: int,
     overwrite: bool,
     quiet: bool,
+    profile: bool,
 ) -> Result:
     """Compute a scene; see `Scene.run`."""
     if isinstance(frames, bool) or not isinstance(frames, int) or frames < 1:
@@ -48,7 +50,7 @@ def run_scene(
     check_steps(model)
     state = initial_state(model)
     check_contacts(model, state)
-    recorder = Recorder(model, folder)
+    recorder = Recorder(model, folder, profile=profile)
     try:
         with Progress(scene.duration, quiet=quiet) as progress:
             failure = _march(model, state, recorder, progress)
@@ -65,14 +67,9 @@ def _march(model: Model, state: State, recorder: Recorder, progress: Progress) -
     try:
         recorder.record(state, 0, 0)
         for frame in range(1, timing.frames + 1):
-            stepper.begin_frame(frame)
-            for block in range(timing.steps_per_frame // timing.search_every):
-                stepper.block()
-                recorder.steps += timing.search_every
-                if state.runaway.numpy()[0] >= 0:
-                    done = (frame - 1) * timing.steps_per_frame + (block + 1) * timing.search_every
-                    vertex = int(state.runaway.numpy()[0])
-                    raise RunFailed(where_it_blew_up(model, vertex, done * timing.time_step))
+            with recorder.profile.timed("stepping"):
+                _step_frame(model, state, stepper, frame, recorder)
+            recorder.profile.sample(state, frame)
             row = recorder.record(state, frame, timing.steps_per_frame)
             words = f"max shear {row['max_shear_deg']:.1f}°"
             progress.update(row["time_s"], words, steps=recorder.steps)
@@ -81,6 +78,21 @@ def _march(model: Model, state: State, recorder: Recorder, progress: Progress) -
     except KeyboardInterrupt:
         return "interrupted by the user"
     return ""
+
+
+def _step_frame(
+    model: Model, state: State, stepper: Stepper, frame: int, recorder: Recorder
+) -> None:
+    """Do the steps that lead to a frame; raise `RunFailed` if a vertex runs away."""
+    timing = model.timing
+    stepper.begin_frame(frame)
+    for block in range(timing.steps_per_frame // timing.search_every):
+        stepper.block()
+        recorder.steps += timing.search_every
+        vertex = int(state.runaway.numpy()[0])
+        if vertex >= 0:
+            done = (frame - 1) * timing.steps_per_frame + (block + 1) * timing.search_every
+            raise RunFailed(where_it_blew_up(model, vertex, done * timing.time_step))
 
 
 def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
@@ -105,9 +117,11 @@ def place(model: Model, vertex: int) -> str:
 class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes."""
 
-    def __init__(self, model: Model, folder: RunFolder | None) -> None:
-        """Open the run folder, if there is one."""
+    def __init__(self, model: Model, folder: RunFolder | None, *, profile: bool = False) -> None:
+        """Open the run folder, if there is one; with ``profile``, time the phases of the steps."""
         self.steps = 0
+        self.profile = Profile(model, sampling=profile)
+        self._profiled = profile
         self._model, self._folder = model, folder
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
@@ -140,6 +154,16 @@ class Recorder:
         Raises:
             RunFailed: if a number is not finite, or energy came from nowhere; nothing is kept then.
         """
+        with self.profile.timed("results"):
+            row = self._take_down(state, frame, steps)
+        if self._history is not None:
+            with self.profile.timed("output"):
+                self._history.append(row)
+                frames = [ply.frame() for ply in self._plies]
+                self._usd.write(frame, row["time_s"], frames, state.tool_shift.numpy())
+        return row
+
+    def _take_down(self, state: State, frame: int, steps: int) -> dict[str, float]:
         model = self._model
         strains, tensions, energy = measure_membranes(model, state)
         energies = balance(model, state, energy)
@@ -156,10 +180,6 @@ class Recorder:
         state.clamp_force.zero_()
         self._rows.append(row)
         self._plies, self._contacts = plies, ContactExtremes.of(state)
-        if self._history is not None:
-            self._history.append(row)
-            shifts = state.tool_shift.numpy()
-            self._usd.write(frame, now, [ply.frame() for ply in plies], shifts)
         return row
 
     def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
@@ -208,6 +228,8 @@ class Recorder:
             steps=self.steps,
             wall=wall,
         )
+        if self._profiled:
+            summary["phases_s"] = self.profile.seconds()
         result = Result(self._plies, summary, history)
         summary["reported"] = []
         if model.scene.report is not None and not failure:

@@ -111,9 +111,21 @@ def search_plies(model: Model, state: State) -> None:
 
 def step(model: Model, state: State) -> None:
     """Advance everything by one step."""
-    scene, device = model.scene, model.device
+    add_element_forces(model, state)
+    add_ply_contact(model, state)
+    add_tool_contact(model, state)
+    advance(model, state)
+
+
+def add_element_forces(model: Model, state: State) -> None:
+    """Add the forces of the plies' triangles."""
     for membrane in model.membranes:
         membrane.add_forces(state.x, state.f)
+
+
+def add_ply_contact(model: Model, state: State) -> None:
+    """Add the contact forces between plies."""
+    scene, device = model.scene, model.device
     for pair in model.ply_pairs:
         searching = model.membranes[pair.searching]
         wp.launch(
@@ -140,24 +152,34 @@ def step(model: Model, state: State) -> None:
             ],
             device=device,
         )
-    if scene.tools:
-        wp.launch(
-            add_tool_forces,
-            model.mass.shape[0],
-            inputs=[
-                model.contact,
-                model.surfaces.friction,
-                model.mass,
-                state.tool_shift,
-                state.tool_velocity,
-                state.x,
-                state.v,
-                state.tool_planes,
-                state.tool_touching,
-            ],
-            outputs=[state.tool_holds, state.f, state.reaction, state.lost],
-            device=device,
-        )
+
+
+def add_tool_contact(model: Model, state: State) -> None:
+    """Add the contact forces of the tools."""
+    if not model.scene.tools:
+        return
+    wp.launch(
+        add_tool_forces,
+        model.mass.shape[0],
+        inputs=[
+            model.contact,
+            model.surfaces.friction,
+            model.mass,
+            state.tool_shift,
+            state.tool_velocity,
+            state.x,
+            state.v,
+            state.tool_planes,
+            state.tool_touching,
+        ],
+        outputs=[state.tool_holds, state.f, state.reaction, state.lost],
+        device=model.device,
+    )
+
+
+def advance(model: Model, state: State) -> None:
+    """Move vertices and tools, and go to the next step."""
+    scene, device = model.scene, model.device
     if scene.clamps:
         wp.launch(
             advance_clamped,
