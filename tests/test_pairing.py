@@ -71,7 +71,9 @@ def test_two_leftovers_of_a_star_join_one_patch():
 def test_regular_meshes_leave_hardly_a_triangle_over(pattern, size):
     mesh = mesh_outline(Rectangle(1.0, 1.0), cells=size, pattern=pattern)
     left = check_patches(mesh, pair_triangles(mesh))
-    if pattern == "diagonal" or size == 20:
+    if pattern == "random":  # rather over than ill-paired, away from the border
+        assert 0 < left < 0.04 * len(mesh.triangles) + 4
+    elif pattern == "diagonal" or size == 20:
         assert left == len(mesh.triangles) % 2
     else:  # one a side where the side's count is odd; a few where blocks met
         assert left <= max(4, 0.003 * len(mesh.triangles))
