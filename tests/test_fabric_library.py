@@ -198,8 +198,9 @@ FAULTS = {
     "not finite": (("value = 0.3", "value = nan"), 10, "thickness.value.*finite"),
     "negative": (("value = 0.3", "value = -0.3"), 10, "thickness.value.*above zero"),
     "negative count": (("value = 5", "value = -5"), 16, "yarns_warp.value.*above zero"),
-    "unsorted": (("[0, 10, 30, 60]", "[0, 30, 10, 60]"), 36, "shear.angles.value.*must rise"),
-    "falling": (("0.1, 0.2, 0.9", "0.1, 0.05, 0.9"), 42, "shear.couples.value.*must not fall"),
+    "unsorted": (("[0, 10, 30, 60]", "[0, 30, 10, 60]"), 36, "shear.angles.value.*10° follows 30°"),
+    "falling at the end": (("0.2, 0.9", "0.2, 0.1"), 42, "shear.couples.value.*must not fall"),
+    "negative couple": (("0.1, 0.2", "0.1, -0.2"), 42, "shear.couples.value.*at 30°"),
     "lengths differ": (("0.1, 0.2, 0.9", "0.1, 0.9"), 42, "as many couples"),
     "ragged": (("[0, 10, 30, 60]", "[[0, 10], [30]]"), 36, "shear.angles.value.*array of numbers"),
     "cell twice": (("[thickness]", "[cell_weft]\n[thickness]"), 16, "either 'yarns_warp' or"),
@@ -238,6 +239,8 @@ coefficients = { value = [1, -1], unit = "N·mm", status = "assumed", source = "
 """
     with pytest.warns(UserWarning, match="'mine'.*falls beyond 33.1°"):
         load_fabric(write((GOOD[start:], falling)))
+    with pytest.warns(UserWarning, match="'mine'.*falls beyond 10"):
+        load_fabric(write(("0.1, 0.2, 0.9", "0.1, 0.05, 0.9")))
 
 
 def test_card_shows_every_value_with_status_source_and_doubt():

@@ -161,5 +161,7 @@ def read_sections(path: Path, shown_as: str) -> Section:
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"fabric file {shown_as} is not valid TOML: {error}") from error
+        words, _, place = str(error).rpartition(" (at line ")
+        at = f", line {place.split(',')[0]}" if words else ""
+        raise InputError(f"{shown_as}{at}: not valid TOML: {words or error}") from error
     return Section(shown_as, key_lines(text), "", values)

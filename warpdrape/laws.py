@@ -156,9 +156,11 @@ class ShearPolynomial:
 class ShearTable:
     """C_s through measured points, odd in γ, monotone between them, linear past the last.
 
+    A couple that falls on its way is warned about where a `Fabric` takes it.
+
     Attributes:
         angles: shear angles [rad], rising from 0, shape [n].
-        couples: C_s [N·m per cell], not falling, shape [n].
+        couples: C_s [N·m per cell], none negative, the last not below its neighbour, shape [n].
     """
 
     angles: Sequence[float]
@@ -175,14 +177,19 @@ class ShearTable:
             raise InputError(f"a shear table starts at (0, 0), not ({angles[0]}, {couples[0]})")
         if (np.diff(angles) <= 0).any():
             at = int(np.argmax(np.diff(angles) <= 0))
+            first, second = np.degrees(angles[at : at + 2])
             raise InputError(
-                f"shear table angles must rise: {angles[at + 1]} follows {angles[at]}; sort them"
+                f"shear table angles must rise: {second:.4g}° follows {first:.4g}°; sort them"
             )
-        if (np.diff(couples) < 0).any():
-            at = int(np.argmax(np.diff(couples) < 0))
+        if (couples < 0).any():
+            at = np.degrees(angles[np.argmax(couples < 0)])
             raise InputError(
-                f"shear table couples must not fall, but do after {np.degrees(angles[at]):.4g}°; "
-                "smooth the curve"
+                f"shear table couples must not be negative, but are at {at:.4g}°: check the signs"
+            )
+        if couples[-1] < couples[-2]:
+            raise InputError(
+                "shear table couples must not fall at the end, from where they go on in a line: "
+                "leave the last points out"
             )
         object.__setattr__(self, "angles", angles)
         object.__setattr__(self, "couples", couples)
