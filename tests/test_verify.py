@@ -32,6 +32,19 @@ def test_a_case_outside_its_limit_fails_the_command(tmp_path, monkeypatch, capsy
     assert "FAILED" in capsys.readouterr().out
 
 
+def test_a_known_shortfall_is_no_pass_and_must_not_get_worse(tmp_path, monkeypatch, capsys):
+    short = absolute("short", 2.0, 0.0, 1.5, "°", known=2.1)
+    assert not short.passed and short.verdict == "SHORT"
+    assert absolute("worse", 2.2, 0.0, 1.5, "°", known=2.1).verdict == "FAILED"
+    assert relative("reached", 1.0, 1.0, 0.1, known=0.2).verdict == "ok"
+    monkeypatch.setattr(verify, "_groups", lambda quick, folder: iter([[short]]))
+    assert verify.main(True, tmp_path) == 0
+    printed = capsys.readouterr().out
+    assert "1.5° " in printed.replace(" °", "°") and "1 SHORT of theirs" in printed
+    record = json.loads((tmp_path / verify.RECORD).read_text("utf-8"))
+    assert record[0]["passed"] is False and record[0]["verdict"] == "SHORT"
+
+
 def test_a_case_that_is_not_a_number_fails():
     assert not absolute("nan", math.nan, 1.0, 0.1).passed
     assert absolute("edge", 1.1, 1.0, 0.1 + 1e-12).passed

@@ -68,8 +68,8 @@ def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
             f"{ply['max_shear_deg']:.1f}°",
             f"{ply['p95_shear_deg']:.1f}°",
             f"{ply['mean_abs_shear_deg']:.1f}°",
-            f"{100 * ply['max_strain_warp']:.2f} %",
-            f"{100 * ply['max_strain_weft']:.2f} %",
+            f"{100 * ply['max_strain_warp']:.3g} %",
+            f"{100 * ply['max_strain_weft']:.3g} %",
             *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
         ))
     return _table(rows)
@@ -102,7 +102,7 @@ def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
 def _quality(summary: Mapping[str, Any]) -> str:
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     parts = [
-        f"energy error {100 * summary['energy_error']:.2f} %",
+        f"energy error {100 * summary['energy_error']:.3g} %",
         f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}",
         f"deepest penetration {1e3 * summary['max_penetration_m']:.3f} mm",
     ]

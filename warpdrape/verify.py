@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warpdrape.errors import InputError
-from warpdrape.verification.case import CaseResult
+from warpdrape.verification.case import FAILED, OK, SHORT, CaseResult
 
 TABLE = "verification.md"
 RECORD = "verification.json"
@@ -29,7 +29,7 @@ def verify(
         show: called with every result as it comes.
 
     Returns:
-        All results; ``passed`` says of each how it went.
+        All results; ``verdict`` says of each how it went.
     """
     folder = Path(out)
     try:
@@ -45,22 +45,35 @@ def verify(
             if show is not None:
                 show(result)
     (folder / TABLE).write_text(markdown(results), encoding="utf-8")
-    record = [asdict(result) | {"passed": result.passed} for result in results]
+    record = [asdict(r) | {"passed": r.passed, "verdict": r.verdict} for r in results]
     (folder / RECORD).write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", "utf-8")
     _draw(results, folder / FIGURE)
     return results
 
 
 def main(quick: bool, out: str | os.PathLike) -> int:
-    """Verify, print the table as it grows, and return the exit status: 0 if every case passes."""
+    """Verify, print the table as it grows, and return the exit status: 1 if a case failed.
+
+    A case that is known to miss its limit, and is no worse than known, is shown and counted as
+    SHORT; it does not fail the command, which would then never tell a regression.
+    """
     started = time.perf_counter()
     print(_line(HEADINGS))
     results = verify(quick, out, lambda result: print(_line(_cells(result)), flush=True))
-    failed = sum(not result.passed for result in results)
     took = time.perf_counter() - started
-    words = "all within their limits" if not failed else f"{failed} OUTSIDE THEIR LIMITS"
-    print(f"\n{len(results)} checks, {words}; {took:.0f} s; table and figures in {out}")
-    return 1 if failed else 0
+    print(f"\n{_count(results)}; {took:.0f} s; table and figures in {out}")
+    return 1 if any(result.verdict == FAILED for result in results) else 0
+
+
+def _count(results: Sequence[CaseResult]) -> str:
+    """Say in words how many checks went how."""
+    number = {word: sum(r.verdict == word for r in results) for word in (OK, SHORT, FAILED)}
+    parts = [f"{len(results)} checks: {number[OK]} within their limits"]
+    if number[SHORT]:
+        parts.append(f"{number[SHORT]} SHORT of theirs, as known (see docs/verification.md)")
+    if number[FAILED]:
+        parts.append(f"{number[FAILED]} FAILED")
+    return ", ".join(parts)
 
 
 def _groups(quick: bool, folder: Path) -> Iterator[Sequence[CaseResult]]:
@@ -73,6 +86,8 @@ def _groups(quick: bool, folder: Path) -> Iterator[Sequence[CaseResult]]:
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
     yield coupons.bias_extension(quick)
+    if not quick:
+        yield coupons.convergence()
     yield sphere_net.sphere_net(quick)
 
 
@@ -91,7 +106,7 @@ def _cells(result: CaseResult) -> tuple[str, ...]:
 
     return (
         result.case, f"{result.measured:.6g}{unit}", f"{result.exact:.6g}{unit}",
-        off(result.error), off(result.limit), "ok" if result.passed else "FAILED",
+        off(result.error), off(result.limit), result.verdict,
     )
 
 
@@ -108,7 +123,7 @@ def _draw(results: Sequence[CaseResult], path: Path) -> None:
     figure = Figure(figsize=(8.0, 1.0 + 0.22 * len(results)), dpi=120, layout="constrained")
     axes = figure.add_subplot()
     used = [max(result.error / result.limit, 1e-9) for result in results]
-    colors = ["C0" if result.passed else "C3" for result in results]
+    colors = [{OK: "C0", SHORT: "C1", FAILED: "C3"}[result.verdict] for result in results]
     axes.barh(range(len(results)), used, left=1e-9, color=colors, height=0.6)
     axes.set_yticks(range(len(results)), [result.case for result in results], fontsize=7)
     axes.axvline(1.0, color="k", lw=1)

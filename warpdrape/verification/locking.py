@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from warpdrape.fabric_library import load_fabric
+from warpdrape.scene_library import find_script
 from warpdrape.usd_reader import find_scene, read_scene
 
 WIDTH, HEIGHT = 0.1, 0.2
@@ -26,6 +27,8 @@ MESHES = (
 yarns."""
 ANGLES = (20.0, 40.0)
 FRAMES = 80
+CORE = 0.01
+"""Distance from the middle zone's corners, along the strip or across it [m]."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,10 @@ class LockingRow:
         compressive_factor: of the yarns [-].
         angle_deg: shear angle of inextensible yarns [deg].
         force_ratio: clamp force over the closed form [-].
-        shear_mean_deg: mean shear angle in the middle zone, one edge inside its border [deg].
+        shear_mean_deg: mean shear angle in the middle zone, one edge inside its corners [deg].
         shear_scatter_deg: its standard deviation [deg].
+        shear_rms_deg: root mean square of its error in a zone that no mesh changes, ``CORE``
+            inside the middle zone's corners [deg].
         kinetic_ratio: mean kinetic over internal energy while loaded [-].
         wall_s: time the run took [s].
     """
@@ -55,6 +60,7 @@ class LockingRow:
     force_ratio: float
     shear_mean_deg: float
     shear_scatter_deg: float
+    shear_rms_deg: float
     kinetic_ratio: float
     wall_s: float
 
@@ -69,10 +75,8 @@ def measure_locking(
     zones, compressive ones too, and yarns that give way there (a low ``compressive_factor``) take
     up part of the travel.
     """
-    from warpdrape.scenes import bias_extension
-
     fabric = replace(load_fabric("carbon_interlock"), compressive_factor=compressive_factor)
-    scene = bias_extension.build(
+    scene = find_script("bias_extension").build(
         fabric=fabric, width=WIDTH, height=HEIGHT, edge=edge, mesh=mesh, mesh_angle_deg=turn_deg,
         shear_angle_deg=max(angles), averaging=averaging, duration=duration,
     )
@@ -81,26 +85,28 @@ def measure_locking(
         if not result.completed:
             raise RuntimeError(result.summary["message"])
         table = np.genfromtxt(Path(folder) / "coupon.csv", delimiter=",", names=True)
-        shear = [_middle_zone(folder, frame, edge) for frame in range(FRAMES + 1)]
+        zones = [_middle_zone(folder, frame, (edge, CORE)) for frame in range(FRAMES + 1)]
     reached = table["shear_angle_deg"]
     ratio = table["force_n"][1:] / table["closed_form_force_n"][1:]
     rows = []
     for angle in angles:
-        mean, scatter = (np.interp(angle, reached, column) for column in zip(*shear, strict=True))
+        columns = zip(*zones, strict=True)
+        mean, scatter, core, spread = (np.interp(angle, reached, column) for column in columns)
         rows.append(LockingRow(
             mesh, turn_deg, edge, averaging, compressive_factor, angle,
             float(np.interp(angle, reached[1:], ratio)), float(mean), float(scatter),
+            float(np.hypot(core - angle, spread)),
             result.summary["kinetic_ratio_loaded"], result.summary["wall_s"],
         ))
     return rows
 
 
-def _middle_zone(folder: str, frame: int, edge: float) -> tuple[float, float]:
-    """Mean and standard deviation of the shear angle [deg] in the middle zone."""
+def _middle_zone(folder: str, frame: int, insets: Sequence[float]) -> list[float]:
+    """Mean and standard deviation of the shear angle [deg], each inset [m] inside the zone."""
     ply = read_scene(find_scene(folder), None, frame).plies[0]
-    centre = np.abs(ply.rest[ply.triangles].mean(axis=1))
-    inside = ply.shear_deg[centre[:, 0] + centre[:, 1] < 0.5 * (HEIGHT - WIDTH) - edge]
-    return float(inside.mean()), float(inside.std())
+    centre = np.abs(ply.rest[ply.triangles].mean(axis=1)).sum(axis=1)
+    inside = [ply.shear_deg[centre < 0.5 * (HEIGHT - WIDTH) - inset] for inset in insets]
+    return [float(value) for shear in inside for value in (shear.mean(), shear.std())]
 
 
 def main() -> None:
