@@ -59,43 +59,60 @@ def _verdict(summary: Mapping[str, Any]) -> str:
 
 
 def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
-    rows = [("ply", "shear: max", "95 %", "mean", "strain: warp", "weft", "draw-in: warp", "weft",
-             "bias")]
+    rows = [
+        (
+            "ply",
+            "shear: max",
+            "95 %",
+            "mean",
+            "strain: warp",
+            "weft",
+            "draw-in: warp",
+            "weft",
+            "bias",
+        )
+    ]
     for ply in plies:
         drawn = ply["draw_in_m"]
-        rows.append((
-            ply["name"],
-            f"{ply['max_shear_deg']:.1f}°",
-            f"{ply['p95_shear_deg']:.1f}°",
-            f"{ply['mean_abs_shear_deg']:.1f}°",
-            f"{100 * ply['max_strain_warp']:.3g} %",
-            f"{100 * ply['max_strain_weft']:.3g} %",
-            *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
-        ))
+        rows.append(
+            (
+                ply["name"],
+                f"{ply['max_shear_deg']:.1f}°",
+                f"{ply['p95_shear_deg']:.1f}°",
+                f"{ply['mean_abs_shear_deg']:.1f}°",
+                f"{100 * ply['max_strain_warp']:.3g} %",
+                f"{100 * ply['max_strain_weft']:.3g} %",
+                *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
+            )
+        )
     return _table(rows)
 
 
 def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
     rows = [("tool", "moved", "force: end", "largest", "deepest in a ply")]
     for tool in tools:
-        rows.append((
-            tool["name"],
-            f"{1e3 * tool['displacement_m']:.2f} mm",
-            f"{tool['force_n']:.1f} N",
-            f"{tool['max_force_n']:.1f} N",
-            f"{1e3 * tool['max_penetration_m']:.3f} mm",
-        ))
+        rows.append(
+            (
+                tool["name"],
+                f"{1e3 * tool['displacement_m']:.2f} mm",
+                f"{tool['force_n']:.1f} N",
+                f"{tool['max_force_n']:.1f} N",
+                f"{1e3 * tool['max_penetration_m']:.3f} mm",
+            )
+        )
     return _table(rows)
 
 
 def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
     rows = [("slip between plies", "mean", "largest")]
     for pair in interfaces:
-        rows.append((
-            f"{pair['vertices_of']} on {pair['on']}",
-            f"{1e3 * pair['mean_slip_m']:.2f} mm",
-            f"{1e3 * pair['max_slip_m']:.2f} mm",
-        ))
+        rows.append(
+            (
+                f"{pair['vertices_of']} on {pair['on']}",
+                f"{1e3 * pair['mean_slip_m']:.2f} mm",
+                f"{1e3 * pair['max_slip_m']:.2f} mm",
+            )
+        )
     return _table(rows)
 
 
@@ -137,12 +154,14 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
 
 
 def _files(folder: Path) -> str:
-    return "\n".join([
-        f"Results in {folder}",
-        f"  {SCENE:13} the animation, for any USD viewer; a picture: warpdrape picture {folder}",
-        f"  {HISTORY:13} forces, shear and energies over time",
-        f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
-    ])
+    return "\n".join(
+        [
+            f"Results in {folder}",
+            f"  {SCENE:13} the animation, for any USD viewer; a picture: warpdrape picture {folder}",
+            f"  {HISTORY:13} forces, shear and energies over time",
+            f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
+        ]
+    )
 
 
 def _millimetres(length: float | None) -> str:

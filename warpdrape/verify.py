@@ -105,8 +105,12 @@ def _cells(result: CaseResult) -> tuple[str, ...]:
         return f"{100.0 * value:.2g} %" if result.relative else f"{value:.2g}{suffix}"
 
     return (
-        result.case, f"{result.measured:.6g}{unit}", f"{result.exact:.6g}{unit}",
-        off(result.error), off(result.limit), result.verdict,
+        result.case,
+        f"{result.measured:.6g}{unit}",
+        f"{result.exact:.6g}{unit}",
+        off(result.error),
+        off(result.limit),
+        result.verdict,
     )
 
 

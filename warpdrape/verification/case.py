@@ -48,7 +48,11 @@ class CaseResult:
 
 
 def relative(
-    case: str, measured: float, exact: float, limit: float, unit: str = "-",
+    case: str,
+    measured: float,
+    exact: float,
+    limit: float,
+    unit: str = "-",
     known: float | None = None,
 ) -> CaseResult:
     """Compare relative to the exact value, which is not zero."""
@@ -57,7 +61,11 @@ def relative(
 
 
 def absolute(
-    case: str, measured: float, exact: float, limit: float, unit: str = "-",
+    case: str,
+    measured: float,
+    exact: float,
+    limit: float,
+    unit: str = "-",
     known: float | None = None,
 ) -> CaseResult:
     """Compare in the value's own unit."""

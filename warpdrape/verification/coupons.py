@@ -39,10 +39,15 @@ def picture_frame(quick: bool, folder: Path) -> list[CaseResult]:
         wanted = curve[curve["shear_angle_deg"] >= 10.0]
         off = np.abs(wanted["force_n"] / wanted["closed_form_force_n"] - 1.0)
         worst = wanted[np.argmax(off)]
-        cases.append(relative(
-            f"picture frame, {mesh}: force from 10° to 55°, at its worst", worst["force_n"],
-            worst["closed_form_force_n"], 0.01, "N",
-        ))
+        cases.append(
+            relative(
+                f"picture frame, {mesh}: force from 10° to 55°, at its worst",
+                worst["force_n"],
+                worst["closed_form_force_n"],
+                0.01,
+                "N",
+            )
+        )
     return cases
 
 
@@ -51,8 +56,9 @@ def bias_extension(quick: bool) -> list[CaseResult]:
     cases = []
     meshes = (("aligned", 0.0),) if quick else MESHES
     for mesh, turn in meshes:
-        rows = measure_locking(mesh, turn, edge=0.0125 if quick else 0.005,
-                               duration=0.04 if quick else 0.06)
+        rows = measure_locking(
+            mesh, turn, edge=0.0125 if quick else 0.005, duration=0.04 if quick else 0.06
+        )
         known = KNOWN_ERRORS.get((mesh, turn), LIMITS)
         where = mesh + (f" turned {turn:g}°" if turn else "")
         for row in rows:
@@ -87,17 +93,28 @@ def biaxial_tension(quick: bool, folder: Path) -> list[CaseResult]:
     cases = []
     fabric = load_fabric("synthetic_plain_crimp")
     uneven = replace(fabric, tension=replace(fabric.tension, crimp_weft=0.012))
-    for name, cloth, weft in (("equal strains", fabric, 0.01), ("weft held", fabric, 0.0),
-                              ("unequal crimp", uneven, 0.004)):
+    for name, cloth, weft in (
+        ("equal strains", fabric, 0.01),
+        ("weft held", fabric, 0.0),
+        ("unequal crimp", uneven, 0.004),
+    ):
         run = folder / f"biaxial_{name.replace(' ', '_')}"
         built = find_script("biaxial_tension").build(
-            fabric=cloth, weft_strain=weft, edge=0.02 if quick else 0.005, mesh="random",
+            fabric=cloth,
+            weft_strain=weft,
+            edge=0.02 if quick else 0.005,
+            mesh="random",
             duration=0.01,
         )
         coupon = built.run(run, overwrite=True).summary["coupon"]
         for family in ("warp", "weft"):
-            cases.append(relative(
-                f"biaxial tension, {name}: {family} force", coupon[f"{family}_force_n"],
-                coupon[f"closed_form_{family}_force_n"], 1e-6, "N",
-            ))
+            cases.append(
+                relative(
+                    f"biaxial tension, {name}: {family} force",
+                    coupon[f"{family}_force_n"],
+                    coupon[f"closed_form_{family}_force_n"],
+                    1e-6,
+                    "N",
+                )
+            )
     return cases

@@ -19,8 +19,11 @@ def _slide(friction: float, angle: float, duration: float) -> float:
     """Way [m] that a patch slides down a plate; gravity is tilted in place of the plate."""
     ply = Ply.rectangle("block", yarn_fabric(1e5, 0.6), 0.02, cells=2)
     scene = Scene(
-        name="incline", plies=lay_up([ply]), tools=[Tool.plate(width=0.5, height=0.5)],
-        duration=duration, friction=friction,
+        name="incline",
+        plies=lay_up([ply]),
+        tools=[Tool.plate(width=0.5, height=0.5)],
+        duration=duration,
+        friction=friction,
         gravity=(GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle)),
     )
     formed = scene.run(frames=4).plies[0]
@@ -56,21 +59,30 @@ def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
         outward = np.array([side * math.cos(0.5 * wrap), 0.0, -math.sin(0.5 * wrap)])
         laid = np.column_stack([side * x, 0.0 * x, z])
         further = laid[-1] + (stretch if name == "pulled" else 0.0 * pull)[:, None] * outward
-        clamps.append(Clamp(
-            name=name, ply="rope", follow=outward,
-            motion=Path(times=times, positions=np.concatenate([laid, further])),
-            where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
-        ))
+        clamps.append(
+            Clamp(
+                name=name,
+                ply="rope",
+                follow=outward,
+                motion=Path(times=times, positions=np.concatenate([laid, further])),
+                where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
+            )
+        )
     scene = Scene(
-        name="capstan", clamps=clamps, duration=duration, friction=friction,
+        name="capstan",
+        clamps=clamps,
+        duration=duration,
+        friction=friction,
         plies=[Ply.rectangle("rope", cloth, 2.0 * half, EDGE, edge=EDGE, mesh="grid")],
         tools=[Tool.drum(radius=DRUM, length=3 * EDGE, facet=EDGE).moved((0.0, 0.0, -radius))],
-        gravity=(0.0, 0.0, 0.0), numerics=Numerics(damping=300.0),
+        gravity=(0.0, 0.0, 0.0),
+        numerics=Numerics(damping=300.0),
     )
     history = scene.run(frames=20).history
     ratio = float(np.mean(history["pulled_force_n"][-4:] / history["held_force_n"][-4:]))
-    return relative("capstan: tension ratio, μ = 0.3 over 180°", ratio,
-                    math.exp(friction * wrap), 0.01)
+    return relative(
+        "capstan: tension ratio, μ = 0.3 over 180°", ratio, math.exp(friction * wrap), 0.01
+    )
 
 
 def friction(quick: bool) -> list[CaseResult]:

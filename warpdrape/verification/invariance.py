@@ -36,13 +36,16 @@ def _pulled(matrix: np.ndarray, order: np.ndarray, flat: FlatMesh, warp_angle: f
     ply = Ply(name="ply_0", fabric=fabric, mesh=mesh, warp_angle=warp_angle)
     up = np.append(matrix @ (0.0, 1.0), 0.0)
     clamps = [
-        Clamp(name=name, ply="ply_0", motion=Stroke(travel=way * up, duration=2e-3), follow=up,
-              where=lambda p, side=side: side * (p @ up) > 0.5 * HEIGHT - 1e-9)
+        Clamp(
+            name=name,
+            ply="ply_0",
+            motion=Stroke(travel=way * up, duration=2e-3),
+            follow=up,
+            where=lambda p, side=side: side * (p @ up) > 0.5 * HEIGHT - 1e-9,
+        )
         for name, side, way in (("lower", -1.0, 0.0), ("upper", 1.0, TRAVEL))
     ]
-    scene = Scene(
-        name="strip", plies=[ply], clamps=clamps, duration=2e-3, gravity=(0.0, 0.0, 0.0)
-    )
+    scene = Scene(name="strip", plies=[ply], clamps=clamps, duration=2e-3, gravity=(0.0, 0.0, 0.0))
     return scene.run(frames=1).plies[0].points[:, :2]
 
 
@@ -60,7 +63,11 @@ def invariance(quick: bool) -> list[CaseResult]:
         "renumbered": _pulled(eye, shuffled, flat, WARP)[np.argsort(shuffled)],
     }
     return [
-        absolute(f"{name}: largest change of positions over the travel",
-                 np.abs(found - plain).max() / TRAVEL, 0.0, 1e-9)
+        absolute(
+            f"{name}: largest change of positions over the travel",
+            np.abs(found - plain).max() / TRAVEL,
+            0.0,
+            1e-9,
+        )
         for name, found in others.items()
     ]

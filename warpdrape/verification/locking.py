@@ -20,8 +20,13 @@ from warpdrape.usd_reader import find_scene, read_scene
 
 WIDTH, HEIGHT = 0.1, 0.2
 MESHES = (
-    ("aligned", 0.0), ("diagonal", 0.0), ("random", 0.0),
-    ("grid", 15.0), ("grid", 22.5), ("grid", 30.0), ("grid", 45.0),
+    ("aligned", 0.0),
+    ("diagonal", 0.0),
+    ("random", 0.0),
+    ("grid", 15.0),
+    ("grid", 22.5),
+    ("grid", 30.0),
+    ("grid", 45.0),
 )
 """Pattern and turn [deg]. "crossed" and "grid" at 0° are "aligned" here: its diagonals follow the
 yarns."""
@@ -66,8 +71,14 @@ class LockingRow:
 
 
 def measure_locking(
-    mesh: str, turn_deg: float, *, edge: float = 0.005, averaging: str = "pairs",
-    compressive_factor: float = 1.0, duration: float = 0.06, angles: Sequence[float] = ANGLES,
+    mesh: str,
+    turn_deg: float,
+    *,
+    edge: float = 0.005,
+    averaging: str = "pairs",
+    compressive_factor: float = 1.0,
+    duration: float = 0.06,
+    angles: Sequence[float] = ANGLES,
 ) -> list[LockingRow]:
     """Pull one strip to the last of ``angles``; a row for each.
 
@@ -77,8 +88,15 @@ def measure_locking(
     """
     fabric = replace(load_fabric("carbon_interlock"), compressive_factor=compressive_factor)
     scene = find_script("bias_extension").build(
-        fabric=fabric, width=WIDTH, height=HEIGHT, edge=edge, mesh=mesh, mesh_angle_deg=turn_deg,
-        shear_angle_deg=max(angles), averaging=averaging, duration=duration,
+        fabric=fabric,
+        width=WIDTH,
+        height=HEIGHT,
+        edge=edge,
+        mesh=mesh,
+        mesh_angle_deg=turn_deg,
+        shear_angle_deg=max(angles),
+        averaging=averaging,
+        duration=duration,
     )
     with tempfile.TemporaryDirectory() as folder:
         result = scene.run(folder, frames=FRAMES)
@@ -92,12 +110,22 @@ def measure_locking(
     for angle in angles:
         columns = zip(*zones, strict=True)
         mean, scatter, core, spread = (np.interp(angle, reached, column) for column in columns)
-        rows.append(LockingRow(
-            mesh, turn_deg, edge, averaging, compressive_factor, angle,
-            float(np.interp(angle, reached[1:], ratio)), float(mean), float(scatter),
-            float(np.hypot(core - angle, spread)),
-            result.summary["kinetic_ratio_loaded"], result.summary["wall_s"],
-        ))
+        rows.append(
+            LockingRow(
+                mesh,
+                turn_deg,
+                edge,
+                averaging,
+                compressive_factor,
+                angle,
+                float(np.interp(angle, reached[1:], ratio)),
+                float(mean),
+                float(scatter),
+                float(np.hypot(core - angle, spread)),
+                result.summary["kinetic_ratio_loaded"],
+                result.summary["wall_s"],
+            )
+        )
     return rows
 
 
@@ -122,8 +150,12 @@ def main() -> None:
     chosen = [m.split(":") for m in options.meshes.split(",") if m] or MESHES
     for mesh, turn in chosen:
         rows = measure_locking(
-            mesh, float(turn), edge=options.edge, averaging=options.averaging,
-            compressive_factor=options.compressive_factor, duration=options.duration,
+            mesh,
+            float(turn),
+            edge=options.edge,
+            averaging=options.averaging,
+            compressive_factor=options.compressive_factor,
+            duration=options.duration,
         )
         for row in rows:
             print(json.dumps(asdict(row)), flush=True)

@@ -48,10 +48,14 @@ def catenary() -> CaseResult:
     length, span = 1.0, 0.8
     move = 0.5 * (length - span)
     scene = strip_scene(
-        yarn_fabric(2e4, 0.6, shear=1.0), length, 40, duration=2.5,
+        yarn_fabric(2e4, 0.6, shear=1.0),
+        length,
+        40,
+        duration=2.5,
         left=Stroke(travel=(move, 0.0, 0.0), duration=0.8),
         right=Stroke(travel=(-move, 0.0, 0.0), duration=0.8),
-        gravity=(0.0, 0.0, -GRAVITY), numerics=Numerics(damping=12.0),
+        gravity=(0.0, 0.0, -GRAVITY),
+        numerics=Numerics(damping=12.0),
     )
     _, points = middle_line(scene.run(frames=10))
     return relative("catenary, sag", -points[:, 2].min(), catenary_sag(length, span), 2e-3, "m")
@@ -101,8 +105,9 @@ def time_order() -> CaseResult:
 
     def final(time_step: float) -> np.ndarray:
         numerics = Numerics(time_step=time_step)
-        scene = strip_scene(fabric, length, cells, duration=end, left=Still(), right=pull,
-                            numerics=numerics)
+        scene = strip_scene(
+            fabric, length, cells, duration=end, left=Still(), right=pull, numerics=numerics
+        )
         return scene.run(frames=1).plies[0].points
 
     step = end / 256

@@ -29,14 +29,23 @@ def net_scene(cells: int, *, duration: float = 0.7, stiffness: float = 2e4) -> S
         stiffness: line stiffness of the yarns [N/m]; the weight strains them by some 1e-5.
     """
     net = Fabric(
-        name="net", areal_density=0.6, thickness=THICKNESS, cell_warp=CELL, cell_weft=CELL,
-        tension=LinearTension(stiffness * CELL, stiffness * CELL), compressive_factor=1.0,
+        name="net",
+        areal_density=0.6,
+        thickness=THICKNESS,
+        cell_warp=CELL,
+        cell_weft=CELL,
+        tension=LinearTension(stiffness * CELL, stiffness * CELL),
+        compressive_factor=1.0,
     )
     ply = Ply.rectangle("net", net, 2.0 * HALF_SIDE, cells=cells, mesh="grid", z=0.5 * THICKNESS)
     pole = Clamp(name="pole", ply="net", where=lambda p: np.hypot(p[:, 0], p[:, 1]) < 1e-9)
     return Scene(
-        name="sphere_net", plies=[ply], tools=[Tool.sphere(radius=RADIUS, facet=2.5e-3)],
-        clamps=[pole], duration=duration, friction=0.0,
+        name="sphere_net",
+        plies=[ply],
+        tools=[Tool.sphere(radius=RADIUS, facet=2.5e-3)],
+        clamps=[pole],
+        duration=duration,
+        friction=0.0,
         numerics=Numerics(damping=12.0, search_slide=5e-4),
     )
 
@@ -52,10 +61,14 @@ def diagonal_shear(result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     side = 2.0 * HALF_SIDE / count
     cell = np.floor(formed.rest_points[formed.triangles].mean(axis=1)[:, :2] / side).astype(int)
     shear = np.abs(formed.shear_angle)
-    measured = np.array([
-        shear[(np.abs(cell[:, 0] + 0.5) == k + 0.5) & (np.abs(cell[:, 1] + 0.5) == k + 0.5)].mean()
-        for k in range(count // 2)
-    ])
+    measured = np.array(
+        [
+            shear[
+                (np.abs(cell[:, 0] + 0.5) == k + 0.5) & (np.abs(cell[:, 1] + 0.5) == k + 0.5)
+            ].mean()
+            for k in range(count // 2)
+        ]
+    )
     u = (np.arange(count // 2) + 0.5) * side / radius
     return bias_diagonal_of_net(u), measured, net_shear_on_sphere(u**2)
 
@@ -72,10 +85,15 @@ def sphere_net(quick: bool) -> list[CaseResult]:
         inside = (polar <= FARTHEST) & (np.arange(len(polar)) < len(polar) - 1)
         worst = int(np.argmax(np.abs(measured - exact) * inside))
         errors.append(float(np.interp(RATE_AT, polar, measured - exact)))
-        cases.append(absolute(
-            f"net on a sphere, {cells} cells: shear up to 60° from the pole, at its worst",
-            math.degrees(measured[worst]), math.degrees(exact[worst]), 1.0, "°",
-        ))
+        cases.append(
+            absolute(
+                f"net on a sphere, {cells} cells: shear up to 60° from the pole, at its worst",
+                math.degrees(measured[worst]),
+                math.degrees(exact[worst]),
+                1.0,
+                "°",
+            )
+        )
     rate = math.log(errors[0] / errors[-1]) / math.log(meshes[-1] / meshes[0])
     cases.append(absolute("net on a sphere: rate of convergence", rate, 2.0, 0.5))
     return cases

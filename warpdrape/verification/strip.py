@@ -24,15 +24,28 @@ def yarn_fabric(line_stiffness: float, areal_density: float, shear: float | None
     """
     couple = (1e-3 * line_stiffness if shear is None else shear) * CELL**2
     return Fabric(
-        name="strip", areal_density=areal_density, thickness=1e-3, cell_warp=CELL, cell_weft=CELL,
+        name="strip",
+        areal_density=areal_density,
+        thickness=1e-3,
+        cell_warp=CELL,
+        cell_weft=CELL,
         tension=LinearTension(line_stiffness * CELL, line_stiffness * CELL),
-        shear=ShearPolynomial((couple,)), compressive_factor=1.0,
+        shear=ShearPolynomial((couple,)),
+        compressive_factor=1.0,
     )
 
 
 def strip_scene(
-    fabric: Fabric, length: float, cells: int, *, duration: float, left=None, right=None,
-    gravity: Sequence[float] = (0.0, 0.0, 0.0), numerics: Numerics | None = None, **options,
+    fabric: Fabric,
+    length: float,
+    cells: int,
+    *,
+    duration: float,
+    left=None,
+    right=None,
+    gravity: Sequence[float] = (0.0, 0.0, 0.0),
+    numerics: Numerics | None = None,
+    **options,
 ) -> Scene:
     """A strip one cell wide, held at the ends that are given a motion.
 
@@ -49,14 +62,24 @@ def strip_scene(
     """
     ply = Ply.rectangle("strip", fabric, length, length / cells, cells=cells, mesh="grid")
     clamps = [
-        Clamp(name=name, ply="strip", where=_end(0.5 * length, side), motion=motion,
-              follow=(1.0, 0.0, 0.0))
+        Clamp(
+            name=name,
+            ply="strip",
+            where=_end(0.5 * length, side),
+            motion=motion,
+            follow=(1.0, 0.0, 0.0),
+        )
         for name, side, motion in (("left", -1.0, left), ("right", 1.0, right))
         if motion is not None
     ]
     return Scene(
-        name="strip", plies=[ply], clamps=clamps, duration=duration, gravity=gravity,
-        numerics=numerics or Numerics(), **options,
+        name="strip",
+        plies=[ply],
+        clamps=clamps,
+        duration=duration,
+        gravity=gravity,
+        numerics=numerics or Numerics(),
+        **options,
     )
 
 
