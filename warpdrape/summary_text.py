@@ -157,7 +157,7 @@ def _files(folder: Path) -> str:
     return "\n".join(
         [
             f"Results in {folder}",
-            f"  {SCENE:13} the animation, for any USD viewer; a picture: warpdrape picture {folder}",
+            f"  {SCENE:13} the animation, for USD viewers; a picture: warpdrape picture {folder}",
             f"  {HISTORY:13} forces, shear and energies over time",
             f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
         ]
