@@ -192,7 +192,10 @@ def _fabrics(arguments: argparse.Namespace) -> int:
     fabric = load_fabric(arguments.fabric)
     start_warp()
     print(card(fabric))
-    if arguments.plot is not None:
+    if arguments.plot is None:
+        name = arguments.fabric
+        print(f"\nCurves of tension and shear: warpdrape fabrics {name} --plot FILE.png")
+    else:
         try:
             plot_card(fabric, arguments.plot)
         except (OSError, ValueError) as error:

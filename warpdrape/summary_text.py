@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from warpdrape.run_folder import HISTORY, RUN, SCENE, SUMMARY
+from warpdrape.run_folder import COUPON, COUPON_PLOT, HISTORY, RUN, SCENE, SUMMARY
 
 WIDTH = 96
 """Columns after which a line is folded."""
@@ -148,20 +148,23 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
     if ending and isinstance(value, int | float) and not isinstance(value, bool):
         factor, unit, form = _UNITS[ending]
         return _words(name.removesuffix(ending)), f"{factor * value:{form}}{unit}"
+    if name.endswith("_error") and isinstance(value, float):
+        return _words(name), f"{100 * value:.2g} %"
     if isinstance(value, Mapping | list) and len(value) > 6:
         return _words(name), f"{len(value)} values, in {SUMMARY}"
     return _words(name), f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _files(folder: Path) -> str:
-    return "\n".join(
-        [
-            f"Results in {folder}",
-            f"  {SCENE:13} the animation, for USD viewers; a picture: warpdrape picture {folder}",
-            f"  {HISTORY:13} forces, shear and energies over time",
-            f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
-        ]
-    )
+    lines = [
+        f"Results in {folder}",
+        f"  {SCENE:13} the animation, for USD viewers; a picture: warpdrape picture {folder}",
+        f"  {HISTORY:13} forces, shear and energies over time",
+        f"  {SUMMARY:13} these numbers and more; {RUN} says how to do it again",
+    ]
+    if (folder / COUPON).is_file():
+        lines.append(f"  {COUPON:13} the curve beside its closed form; {COUPON_PLOT} shows it")
+    return "\n".join(lines)
 
 
 def _millimetres(length: float | None) -> str:
