@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -76,7 +76,7 @@ def _count(results: Sequence[CaseResult]) -> str:
     return ", ".join(parts)
 
 
-def _groups(quick: bool, folder: Path) -> Iterator[Sequence[CaseResult]]:
+def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     """The cases, a group at a time; the cheap ones first."""
     from warpdrape.verification import coupons, friction, invariance, mechanics, sphere_net
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,9 +52,8 @@ def picture_frame(quick: bool, folder: Path) -> list[CaseResult]:
     return cases
 
 
-def bias_extension(quick: bool) -> list[CaseResult]:
+def bias_extension(quick: bool) -> Iterator[CaseResult]:
     """Force and middle zone at 20° and 40°, with yarns that do not shorten either."""
-    cases = []
     meshes = (("aligned", 0.0),) if quick else MESHES
     for mesh, turn in meshes:
         rows = measure_locking(
@@ -65,27 +65,25 @@ def bias_extension(quick: bool) -> list[CaseResult]:
             name = f"bias extension, {where}, {row.angle_deg:g}°"
             mean, spread = row.shear_mean_deg, row.shear_scatter_deg
             force = f"{name}: force over closed form"
-            cases.append(relative(force, row.force_ratio, 1.0, LIMITS[0], known=known[0]))
+            yield relative(force, row.force_ratio, 1.0, LIMITS[0], known=known[0])
             zone = f"{name}: middle zone, mean shear"
-            cases.append(absolute(zone, mean, row.angle_deg, LIMITS[1], "°", known[1]))
-            cases.append(absolute(f"{name}: … scatter", spread, 0.0, LIMITS[2], "°", known[2]))
-    return cases
+            yield absolute(zone, mean, row.angle_deg, LIMITS[1], "°", known[1])
+            yield absolute(f"{name}: … scatter", spread, 0.0, LIMITS[2], "°", known[2])
 
 
-def convergence() -> list[CaseResult]:
+def convergence() -> Iterator[CaseResult]:
     """Bias extension on ever finer random meshes: the middle zone's deviation and its rate."""
-    rows = [measure_locking("random", 0.0, edge=edge, duration=0.03)[-1] for edge in FINENESS]
-    cases = []
-    for edge, row in zip(FINENESS, rows, strict=True):
+    off = []
+    for edge in FINENESS:
+        row = measure_locking("random", 0.0, edge=edge, duration=0.03)[-1]
+        off.append(row.shear_rms_deg)
         name = f"bias extension, random, {1e3 * edge:g} mm, {row.angle_deg:g}°"
         limit = RMS_LIMIT * edge / FINENESS[-1]
-        cases.append(absolute(f"{name}: rms of shear error", row.shear_rms_deg, 0.0, limit, "°"))
+        yield absolute(f"{name}: rms of shear error", row.shear_rms_deg, 0.0, limit, "°")
     finest = f"{name}: force over closed form"
-    cases.append(relative(finest, rows[-1].force_ratio, 1.0, LIMITS[0]))
-    off = np.log([row.shear_rms_deg for row in rows])
-    rate = float(np.polyfit(np.log(FINENESS), off, 1)[0])
-    cases.append(absolute("bias extension, random: rate of the rms error", rate, 1.0, 0.6))
-    return cases
+    yield relative(finest, row.force_ratio, 1.0, LIMITS[0])
+    rate = float(np.polyfit(np.log(FINENESS), np.log(off), 1)[0])
+    yield absolute("bias extension, random: rate of the rms error", rate, 1.0, 0.6)
 
 
 def biaxial_tension(quick: bool, folder: Path) -> list[CaseResult]:
