@@ -102,7 +102,7 @@ def _cells(result: CaseResult) -> tuple[str, ...]:
     suffix = "" if result.relative else unit
 
     def off(value: float) -> str:
-        return f"{100.0 * value:.2g} %" if result.relative else f"{value:.2g}{suffix}"
+        return f"{100.0 * value:.3g} %" if result.relative else f"{value:.3g}{suffix}"
 
     return (
         result.case,
@@ -132,6 +132,7 @@ def _draw(results: Sequence[CaseResult], path: Path) -> None:
     axes.set_yticks(range(len(results)), [result.case for result in results], fontsize=7)
     axes.axvline(1.0, color="k", lw=1)
     axes.set_xscale("log")
+    axes.margins(y=0.01)
     axes.invert_yaxis()
     axes.set_xlabel("error over limit")
     figure.savefig(path)
