@@ -1,24 +1,58 @@
-"""What is timed: the membrane alone, and whole steps of scenes with their contacts."""
+"""What is timed: the membrane alone, and whole steps of scenes.
+
+The smallest scenes are timed in the middle of forming, larger ones earlier, and from 100,000
+triangles on at their very start, where the ply already lies on die or table but the holder does not
+press yet: the column of contacts tells.
+"""
 
 from __future__ import annotations
 
 import itertools
 import resource
 import statistics
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import warp as wp
 from yardstick import Yardstick
 
 import warpdrape as wd
 from warpdrape import stepping
+from warpdrape.energy import balance, measure_membranes
 from warpdrape.model import Model, State, build_model, initial_state
+from warpdrape.phases import time_phases
+from warpdrape.result import read_plies
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
+from warpdrape.usd import PlyShape, ToolShape, UsdWriter
 
-SECONDS = 2.0
+FRAMES = 100
+"""Frames into which runs are divided."""
+SECONDS = 1.5
 """Processor time that one repetition takes at least [s]."""
+STEP_BLOCK = 4_000_000
+"""Triangle-steps after which a large mesh is searched, sooner than its run would."""
+USUAL_FRAMES = 60
+"""Frames that a run writes unless told otherwise."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row to be.
+
+    Attributes:
+        build: builds the scene, given ``cells``.
+        cells: along a side.
+        part: of the scene's time at which it is timed.
+        quick: whether it takes little time.
+    """
+
+    build: Callable[..., wd.Scene]
+    cells: int
+    part: float = 0.0
+    quick: bool = False
 
 
 @dataclass(frozen=True)
@@ -30,112 +64,163 @@ class Measurement:
         triangles: in all plies.
         rate: triangle-steps per second of processor time.
         ratio: to the yardstick, median of the repetitions' own ratios.
-        peak_mb: largest memory of the process so far [MB].
-        phases: share of each phase, where measured.
+        spread: smallest and largest of these ratios.
+        peak_mb: largest memory of the process, which does this case alone [MB].
+        contacts: contacts with tools that press, per vertex [-].
+        output: time of writing 60 frames of USD over that of the run's steps [-].
+        phases: share of each phase.
     """
 
     case: str
     triangles: int
     rate: float
     ratio: float
+    spread: tuple[float, float]
     peak_mb: float
+    contacts: float
+    output: float
     phases: dict[str, float] = field(default_factory=dict)
 
 
-def membrane(cells: int) -> Callable[[str, Yardstick, int], Measurement]:
+def membrane(cells: int) -> wd.Scene:
     """A sheet of 2 cells² triangles without tools, as the yardstick has."""
-
-    def scene() -> wd.Scene:
-        ply = wd.Ply.rectangle("sheet", "carbon_interlock", 0.4, cells=cells, mesh="diagonal")
-        return wd.Scene(name="membrane", plies=[ply], duration=1e-3, gravity=(0.0, 0.0, 0.0))
-
-    return lambda name, yardstick, repeat: measure(name, scene(), 0.0, yardstick, repeat)
+    ply = wd.Ply.rectangle("sheet", "carbon_interlock", 0.4, cells=cells, mesh="diagonal")
+    return wd.Scene(name="membrane", plies=[ply], duration=0.05, gravity=(0.0, 0.0, 0.0))
 
 
-def formed(build: Callable, part: float, **parameters) -> Callable:
-    """A scene, timed once a part of its duration has been computed."""
-    return lambda name, yardstick, repeat: measure(
-        name, build(**parameters), part, yardstick, repeat
-    )
+def _cases() -> dict[str, Case]:
+    found = {}
+    for cells in (28, 57, 113, 200, 707):
+        found[f"membrane_{2 * cells**2}"] = Case(membrane, cells, quick=cells < 150)
+    one_ply = {20: 0.5, 40: 0.1, 80: 0.06, 158: 0.0, 500: 0.0}
+    three_plies = {20: 0.1, 46: 0.05, 80: 0.02, 158: 0.0, 289: 0.0}
+    table = {28: 0.1, 100: 0.05, 224: 0.0, 707: 0.0}
+    for cells, part in one_ply.items():
+        found[f"hemisphere_{4 * cells**2}"] = Case(hemisphere.build, cells, part, cells < 50)
+    for cells, part in three_plies.items():
+        case = Case(three_ply_hemisphere.build, cells, part, cells < 30)
+        found[f"three_ply_{12 * cells**2}"] = case
+    for cells, part in table.items():
+        case = Case(circular_table.build, cells, part, cells < 150)
+        found[f"circular_table_{2 * cells**2}"] = case
+    return found
 
 
-def measure(
-    name: str, scene: wd.Scene, part: float, yardstick: Yardstick, repeat: int
-) -> Measurement:
-    """Run a scene up to a part of its duration, then time whole steps."""
-    model = build_model(scene, "cpu", frames=100)
+CASES = _cases()
+
+
+def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
+    """Time whole steps of a case, then its phases and its output.
+
+    Args:
+        name: of the case.
+        yardstick: what it is compared with.
+        repeat: so many times.
+    """
+    case = CASES[name]
+    model = build_model(case.build(cells=case.cells), "cpu", FRAMES)
     state = initial_state(model)
-    blocks = march(model, state)
-    per_frame = model.timing.steps_per_frame // model.timing.search_every
-    for _ in range(max(1, int(part * 100 * per_frame))):
-        next(blocks)
+    formed = round(case.part * FRAMES)
+    run_to(model, state, formed)
     triangles = sum(m.triangle_count for m in model.membranes)
+    every = model.timing.search_every
+    count = max(1, min(every, STEP_BLOCK // triangles))
+    blocks = march(model, state, formed + 1, count)
+    next(blocks)
     rates, ratios = [], []
     for _ in range(repeat):
         reference = yardstick.rate()
-        steps, start = 0, time.process_time()
-        while time.process_time() - start < SECONDS:
-            next(blocks)
-            steps += model.timing.search_every
-        rates.append(triangles * steps / (time.process_time() - start))
+        spent = steps = 0
+        while spent < SECONDS:
+            search, stepped = next(blocks)
+            spent += search * count / every + stepped
+            steps += count
+        rates.append(triangles * steps / spent)
         ratios.append(rates[-1] / reference)
+    rate = statistics.median(rates)
+    step = triangles / rate
+    pressing = (state.tool_holds.numpy()["stored"] > 0.0).sum()
+    if state.runaway.numpy()[0] >= 0:
+        raise SystemExit(f"{name} blew up while it was timed")
+    output = time_frames(model, state) / (model.timing.steps * step)
+    phases = time_phases(model, state, time.process_time)
+    shares = {phase: cost / step for phase, cost in phases.items()}
+    shares["Python"] = max(1.0 - sum(shares.values()), 0.0)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     return Measurement(
         name,
         triangles,
-        statistics.median(rates),
+        rate,
         statistics.median(ratios),
+        (min(ratios), max(ratios)),
         peak,
-        phases(model, state),
+        float(pressing / len(model.masses.mass)),
+        output,
+        shares,
     )
 
 
-def march(model: Model, state: State) -> Iterator[None]:
-    """Do a run block by block; past its end, what is prescribed stands still."""
+def run_to(model: Model, state: State, frames: int) -> None:
+    """Do the first frames of a run."""
     stepper = stepping.Stepper(model, state)
-    for frame in itertools.count(1):
+    for frame in range(1, frames + 1):
         stepper.begin_frame(frame)
         for _ in range(model.timing.steps_per_frame // model.timing.search_every):
             stepper.block()
-            yield
 
 
-def phases(model: Model, state: State, count: int = 50) -> dict[str, float]:
-    """Share of the step's phases, each captured alone and replayed."""
-    timing = model.timing
+def march(model: Model, state: State, frame: int, count: int) -> Iterator[tuple[float, float]]:
+    """Go on block by block; yields the processor time of search and steps [s].
 
-    def cost(launch: Callable[[], None]) -> float:
-        with wp.ScopedCapture(device="cpu") as capture:
-            for _ in range(count):
-                launch()
-        wp.capture_launch(capture.graph)
+    Past the scene's end, what is prescribed stands still.
+
+    Args:
+        model: the model.
+        state: its state.
+        frame: the first one to compute.
+        count: steps of a block, fewer than a run's where a mesh is large.
+    """
+    stepper = stepping.Stepper(model, state)
+    stepper.begin_frame(frame)
+    whole = count == model.timing.search_every
+    with wp.ScopedCapture(device="cpu") as capture:
+        for _ in range(count):
+            stepping.step(model, state)
+    for number in itertools.count(frame):
+        stepper.begin_frame(number)
+        for _ in range(model.timing.steps_per_frame // count):
+            start = searched = time.process_time()
+            if whole:
+                stepper.block()
+            else:
+                stepping.search_contacts(model, state)
+                searched = time.process_time()
+                wp.capture_launch(capture.graph)
+            state.runaway.numpy()
+            yield searched - start, time.process_time() - searched
+
+
+def time_frames(model: Model, state: State, written: int = 4) -> float:
+    """Processor time of writing the usual frames of USD, with what they show measured [s]."""
+    scene, frames = model.scene, []
+    with tempfile.TemporaryDirectory() as folder:
         start = time.process_time()
-        wp.capture_launch(capture.graph)
-        return (time.process_time() - start) / count
-
-    start = time.process_time()
-    stepping.search_contacts(model, state)
-    search = (time.process_time() - start) / timing.search_every
-
-    def elements() -> None:
-        for sheet in model.membranes:
-            sheet.add_forces(state.x, state.f)
-
-    whole = cost(lambda: stepping.step(model, state)) + search
-    forces = cost(elements)
-    return {
-        "elements": forces / whole,
-        "contact search": search / whole,
-        "contact forces and integration": 1.0 - (forces + search) / whole,
-    }
-
-
-CASES: dict[str, Callable[[str, Yardstick, int], Measurement]] = {
-    "membrane_5000": membrane(50),
-    "membrane_80000": membrane(200),
-    "membrane_320000": membrane(400),
-    "hemisphere_1600": formed(hemisphere.build, 0.5),
-    "hemisphere_6400": formed(hemisphere.build, 0.05, cells=40),
-    "three_ply_4800": formed(three_ply_hemisphere.build, 0.5),
-    "circular_table_20000": formed(circular_table.build, 0.1),
-}
+        writer = UsdWriter(
+            Path(folder, "scene.usdc"),
+            [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies],
+            [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
+        )
+        opened = time.process_time() - start
+        for frame in range(written):
+            start = time.process_time()
+            strains, tensions, energy = measure_membranes(model, state)
+            balance(model, state, energy)
+            plies = read_plies(model, state, strains, tensions)
+            now = frame * model.timing.steps_per_frame * model.timing.time_step
+            shown = [ply.frame() for ply in plies]
+            writer.write(frame, now, shown, state.tool_shift.numpy())
+            frames.append(time.process_time() - start)
+        start = time.process_time()
+        writer.close()
+        closed = (time.process_time() - start) / written
+    return opened + USUAL_FRAMES * (statistics.median(frames) + closed)
