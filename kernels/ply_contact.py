@@ -8,7 +8,7 @@ another; `side` is +1 where the vertex's ply lies above the triangle's, and neve
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import barycentric, is_on_border, sag_height, sag_slope, sags, to_single, weighted
+from .surface import barycentric, edge_sag, facet_slope, is_on_border, to_single, weighted
 
 
 @wp.struct
@@ -57,6 +57,32 @@ def add_vertex_normals(
     wp.atomic_add(normals, a, n)
     wp.atomic_add(normals, b, n)
     wp.atomic_add(normals, c, n)
+
+
+@wp.kernel(enable_backward=False)
+def raise_hollows(
+    triangles: wp.array2d(dtype=wp.int32),
+    x: wp.array(dtype=wp.vec3d),
+    normals: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
+):
+    """Raise the vertices' ``hollows`` to the sags of their edges; one thread a triangle.
+
+    Args:
+        triangles: vertices, shape [triangle, 3].
+        x: positions [m], shape [vertex].
+        normals: vertex normals, any length, shape [vertex].
+        hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
+            shape [vertex]; raised.
+    """
+    t = wp.tid()
+    for corner in range(3):
+        i = triangles[t, corner]
+        j = triangles[t, (corner + 1) % 3]
+        dome = edge_sag(x[i], x[j], wp.normalize(normals[i]), wp.normalize(normals[j]))
+        room = wp.vec2d(wp.max(-dome, wp.float64(0.0)), wp.max(dome, wp.float64(0.0)))
+        wp.atomic_max(hollows, i, room)
+        wp.atomic_max(hollows, j, room)
 
 
 @wp.func
@@ -108,6 +134,7 @@ def find_ply_contacts(
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
     springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
     contacts: wp.array(dtype=PlyContact),
@@ -117,9 +144,9 @@ def find_ply_contacts(
 ):
     """Find the nearest triangle of another ply; one thread a vertex.
 
-    The gap is the distance to the facet. On the hollow side of a bent ply it grows by the height of
-    the curved surface over the facet, along its own gradient: else a vertex of the inner ply would
-    lift the chords of the outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
+    The gap is the distance to the facet. On the hollow side of a bent ply there is room besides for
+    the arcs that its chords cut off: else a vertex of the inner ply would lift the chords of the
+    outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
     past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
     the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
     the difference is allowed for and fades, so that forces stay continuous. Where it jumps out,
@@ -139,11 +166,12 @@ def find_ply_contacts(
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         normals: vertex normals, any length, shape [vertex].
+        hollows: room on the hollow sides, above and below [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        deepest: largest penetration so far [m], less what is allowed, shape [pair]; raised.
+        deepest: largest penetration so far [m], what is allowed included, shape [pair]; raised.
         largest_jump: largest penetration allowed so far [m], shape [pair]; raised.
     """
     thread = wp.tid()
@@ -171,9 +199,9 @@ def find_ply_contacts(
     height = wp.dot(offset, outward)
     aside = offset - height * outward
     beyond = wp.length(aside)
-    sag = sags(x[a], x[b], x[c], normals[a], normals[b], normals[c])
-    hollow = wp.min(faces.side * sag_height(w, sag), wp.float64(0.0))
-    over = hollow + faces.thickness
+    face = wp.where(faces.side > wp.float64(0.0), 0, 1)
+    room = wp.vec3d(hollows[a][face], hollows[b][face], hollows[c][face])
+    over = faces.thickness - wp.dot(w, room)
     normal = outward
     gap = height - over
     if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
@@ -184,13 +212,10 @@ def find_ply_contacts(
             gap = (height + beyond - over - faces.thickness) * wp.dot(normal, outward)
     else:
         distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
-        slope = wp.vec3d()
-        if hollow < wp.float64(0.0):
-            slope = faces.side * sag_slope(x[a], x[b], x[c], w, sag)
         straight = outward
         if wp.abs(distance) > wp.float64(1.0e-3) * faces.thickness:
             straight = offset / distance
-        normal = wp.normalize(straight - slope)
+        normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
         gap = distance - over
     rise = wp.dot(normal, offset) - gap - faces.thickness
     if gap > reach:

@@ -5,8 +5,9 @@ p = Σ w_i x_i, a share β of the mean projection on the corners' tangent planes
 normals of a smooth surface it is exact to second order. Its own normal makes the gap fall and rise
 just as the contact force pushes, so that sliding over facets creates no energy.
 
-Plies, which fold: only the height of that surface over the facet is used, Σ w_i w_j c_ij with
-c_ij = ½ (x_i − x_j)·(n_i − n_j) the sag of an edge. It is the same for both facets at an edge.
+Plies, which fold: the facet itself, and on its hollow side room for the arcs that its chords cut
+off, c/4 at the middle of an edge with c = ½ (x_i − x_j)·(n_i − n_j). Each vertex has the largest of
+its edges, interpolated over the facets, so that the room changes little from one to the next.
 """
 
 import warp as wp
@@ -15,8 +16,8 @@ CURVED = wp.constant(wp.float64(0.5))
 """β of a surface that is exact to second order."""
 
 
-STEEPEST = wp.constant(wp.float64(0.7))
-"""Largest sag of an edge over its length: normals 90° apart; more is a fold, not a curve."""
+STEEPEST = wp.constant(wp.float64(0.175))
+"""Largest height of an arc over its chord: normals 90° apart; more is a fold, not a curve."""
 
 
 @wp.func
@@ -116,46 +117,29 @@ def curved_normal(
 
 @wp.func
 def edge_sag(a: wp.vec3d, b: wp.vec3d, na: wp.vec3d, nb: wp.vec3d) -> wp.float64:
-    """½ (a − b)·(n_a − n_b) [m]: four times the height of the arc over the chord from a to b."""
+    """Height [m] of the arc over the chord from a to b, ⅛ (a − b)·(n_a − n_b); unit normals."""
     along = a - b
-    sag = wp.float64(0.5) * wp.dot(along, wp.normalize(na) - wp.normalize(nb))
+    sag = wp.float64(0.125) * wp.dot(along, na - nb)
     limit = STEEPEST * wp.length(along)
     return wp.clamp(sag, -limit, limit)
 
 
 @wp.func
-def sags(
-    a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, na: wp.vec3d, nb: wp.vec3d, nc: wp.vec3d
-) -> wp.vec3d:
-    """Sags of the edges opposite a, b, c [m]; normals of any length."""
-    return wp.vec3d(edge_sag(b, c, nb, nc), edge_sag(c, a, nc, na), edge_sag(a, b, na, nb))
-
-
-@wp.func
-def sag_height(w: wp.vec3d, sag: wp.vec3d) -> wp.float64:
-    """Height of the curved surface over a facet [m]: continuous from facet to facet."""
-    return w[1] * w[2] * sag[0] + w[2] * w[0] * sag[1] + w[0] * w[1] * sag[2]
-
-
-@wp.func
-def sag_slope(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, w: wp.vec3d, sag: wp.vec3d) -> wp.vec3d:
-    """Gradient of `sag_height` [-] along the facet; along the edge if the point lies on one."""
-    by_a = w[1] * sag[2] + w[2] * sag[1]
-    by_b = w[2] * sag[0] + w[0] * sag[2]
-    by_c = w[0] * sag[1] + w[1] * sag[0]
+def facet_slope(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, w: wp.vec3d, value: wp.vec3d) -> wp.vec3d:
+    """Gradient along a facet of what its corners interpolate; along the edge if w lies on one."""
     zero = wp.float64(0.0)
     if w[0] <= zero or w[1] <= zero or w[2] <= zero:
         start = a
         end = b
-        rise = by_b - by_a
+        rise = value[1] - value[0]
         if w[0] <= zero:
             start = b
             end = c
-            rise = by_c - by_b
+            rise = value[2] - value[1]
         elif w[1] <= zero:
             start = c
             end = a
-            rise = by_a - by_c
+            rise = value[0] - value[2]
         along = end - start
         if wp.max(wp.max(w[0], w[1]), w[2]) >= wp.float64(1.0):
             return wp.vec3d()
@@ -165,6 +149,6 @@ def sag_slope(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, w: wp.vec3d, sag: wp.vec3d)
     d11 = wp.dot(e1, e1)
     d12 = wp.dot(e1, e2)
     d22 = wp.dot(e2, e2)
-    r1 = by_b - by_a
-    r2 = by_c - by_a
+    r1 = value[1] - value[0]
+    r2 = value[2] - value[0]
     return ((d22 * r1 - d12 * r2) * e1 + (d11 * r2 - d12 * r1) * e2) / (d11 * d22 - d12 * d12)

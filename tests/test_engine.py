@@ -207,13 +207,14 @@ def test_fast_contact_forms_as_a_search_at_every_step_does(formed):
     assert exact.completed and exact.summary["energy_error"] < 0.001
     assert formed.summary["energy_error"] < 0.002
     apart = np.linalg.norm(exact.plies[0].points - formed.plies[0].points, axis=1)
-    # Stick and slip make runs wander: an exact one with a 1 % shorter step ends 0.06 mm away.
-    assert apart.max() < 1e-4
+    # Stick and slip make runs wander: exact ones with steps 1 and 3 % shorter end 0.09 and 0.11 mm
+    # away, their punch forces 2.0 N of 106 N.
+    assert apart.max() < 2e-4
     one, other = (result.summary["plies"][0] for result in (exact, formed))
     assert one["p95_shear_deg"] == pytest.approx(other["p95_shear_deg"], abs=0.1)
     force = exact.history["punch_force_n"]
     np.testing.assert_allclose(
-        formed.history["punch_force_n"], force, atol=0.01 * np.abs(force).max()
+        formed.history["punch_force_n"], force, atol=0.03 * np.abs(force).max()
     )
 
 

@@ -138,6 +138,7 @@ class State:
     step: wp.array
     runaway: wp.array
     normals: wp.array
+    hollows: wp.array
     lost: wp.array
     tool_shift: wp.array
     tool_velocity: wp.array
@@ -381,6 +382,7 @@ def initial_state(model: Model) -> State:
         step=zeros(1, wp.int32),
         runaway=wp.full(1, -1, dtype=wp.int32, device=device),
         normals=zeros(n, vec),
+        hollows=zeros(n, wp.vec2d),
         lost=zeros(n, vec),
         tool_shift=zeros(tools, vec),
         tool_velocity=zeros(tools, vec),
