@@ -20,6 +20,7 @@ def build(
     facet: float = 5e-3,
     contact_share: float = 0.04,
     contact: str = "fast",
+    fast: bool = False,
 ) -> Scene:
     """Build the hemisphere on the reference press, with one square ply.
 
@@ -36,6 +37,7 @@ def build(
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
         contact: "fast", or "exact" to search for every vertex at every step.
+        fast: soften the yarns for a longer time step; the summary says what that cost.
     """
     parameters = dict(locals())
     ply = Ply.rectangle(

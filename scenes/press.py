@@ -20,6 +20,8 @@ HOLD = 0.2
 """Time for which the punch stands at the end, as a share of the stroke [-]."""
 FORCE_RAMP = 0.05
 """Share of the stroke in which the holder's force rises [-]."""
+FAST = {"yarn_softening": 25.0, "search_slide": 1e-4}
+"""`Numerics` of a fast run: steps five times as long, contacts sought 2.5 times less often."""
 
 
 def hemisphere_tools(
@@ -34,8 +36,8 @@ def hemisphere_tools(
     Args:
         name: of the scene.
         plies: from the die up.
-        parameters: of the scene; travel, duration, holder_force, facet, contact_share and contact
-            are used.
+        parameters: of the scene; travel, duration, holder_force, facet, contact_share, contact and
+            fast are used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
     """
@@ -48,6 +50,7 @@ def hemisphere_tools(
     die = Tool.die(hole_radius=DIE_RADIUS, edge_radius=DIE_EDGE, depth=60 * mm, **ring)
     punch = Tool.punch(radius=PUNCH_RADIUS, facet=facet, motion=stroke)
     holder = Tool.blank_holder(hole_radius=HOLDER_RADIUS, motion=press, **ring)
+    speed_up = FAST if parameters["fast"] else {}
     return Scene(
         name=name,
         plies=plies,
@@ -55,6 +58,10 @@ def hemisphere_tools(
         duration=(1.0 + HOLD) * duration,
         friction=friction,
         ply_friction=ply_friction,
-        numerics=Numerics(contact_share=parameters["contact_share"], contact=parameters["contact"]),
+        numerics=Numerics(
+            contact_share=parameters["contact_share"],
+            contact=parameters["contact"],
+            **speed_up,
+        ),
         parameters=parameters,
     )

@@ -30,6 +30,7 @@ def build(
     facet: float = 5e-3,
     contact_share: float = 0.04,
     contact: str = "fast",
+    fast: bool = False,
 ) -> Scene:
     """Build the hemisphere on the reference press, with three square plies.
 
@@ -47,6 +48,7 @@ def build(
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
         contact: "fast", or "exact" to search for every vertex at every step.
+        fast: soften the yarns for a longer time step; the summary says what that cost.
     """
     parameters = dict(locals())
     plies = [

@@ -26,6 +26,7 @@ from warpdrape.laws import IsotropicMembrane
 from warpdrape.pairing import pair_triangles
 from warpdrape.ply import Ply
 from warpdrape.scene import Numerics
+from warpdrape.softening import soften
 from warpdrape.triangles import highest_frequency_squared, yarn_gradients
 
 SHEAR_RANGE = math.radians(75.0)
@@ -82,7 +83,7 @@ def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
             gradients, fabric.areal_density, (stiffness,) * 2, stiffness
         )
     shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
-    yarns = tension_stiffness(fabric)
+    yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
     stabiliser = stabiliser_stiffness(fabric, numerics)
     stiffened = (yarns[0] + stabiliser, yarns[1] + stabiliser)
     return highest_frequency_squared(gradients, fabric.areal_density, stiffened, shear)
@@ -142,7 +143,7 @@ def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> t
     fabric = ply.fabric
     add_pair_forces, add_patch_forces, measure = _yarn_kernels(membrane_functions(fabric))
     laws = [
-        tension_struct(fabric, device),
+        tension_struct(soften(fabric, numerics.yarn_softening), device),
         shear_struct(fabric, device),
         stabiliser_stiffness(fabric, numerics),
         fabric.yarn_angle,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, one_of, positive
+from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.ply import Ply
 from warpdrape.tool import Tool
@@ -91,6 +91,7 @@ class Numerics:
         time_step: Δt [s]; None takes ``safety`` times the stable one.
         safety: Δt over the stable step [-].
         minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
+        yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
         graph: replay captured launches (the same results, faster).
     """
 
@@ -105,6 +106,7 @@ class Numerics:
     time_step: float | None = None
     safety: float = 0.9
     minimum_time_step: float | None = None
+    yarn_softening: float = 1.0
     graph: bool = True
 
     def __post_init__(self) -> None:
@@ -125,6 +127,10 @@ class Numerics:
             )
         if not 0.0 < positive("safety", self.safety) <= 1.0:
             raise InputError(f"safety = {self.safety} must lie in 0 … 1")
+        if not 1.0 <= finite("yarn_softening", self.yarn_softening):
+            raise InputError(
+                f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
+            )
         for name in ("time_step", "minimum_time_step"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name), unit="s")

@@ -15,6 +15,7 @@ from warpdrape.model import Model, State
 from warpdrape.motion import Float, Path, Stroke
 from warpdrape.result import FormedPly
 from warpdrape.scene import Scene
+from warpdrape.softening import softening_entries, softening_warnings
 from warpdrape.tool import Tool
 
 ENERGY_WARNING = 0.02
@@ -141,13 +142,21 @@ def energy_error(history: Mapping[str, np.ndarray]) -> float:
     return float(np.abs(history["unbalanced_j"]).max() / largest) if largest > 0.0 else 0.0
 
 
+def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
+    """An energy over the internal one, on average over the frames in which plies are loaded [-]."""
+    internal = history["internal_j"]
+    if internal.max() <= 0.0:
+        return 0.0
+    loaded = internal >= LOADED * internal.max()
+    return float(history[name][loaded].sum() / internal[loaded].sum())
+
+
 def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:
     """Kinetic over internal energy at the end, its mean while loaded, and the verdict."""
     kinetic, internal = history["kinetic_j"], history["internal_j"]
     if internal.max() <= 0.0:
         return 0.0, 0.0, False
-    loaded = internal >= LOADED * internal.max()
-    mean = float(kinetic[loaded].sum() / internal[loaded].sum())
+    mean = mean_while_loaded(history, "kinetic_j")
     end = float(kinetic[-1] / internal[-1]) if internal[-1] > 0.0 else float("inf")
     end = min(end, 1e12)
     return end, mean, bool(end < QUASI_STATIC_END and mean < QUASI_STATIC_MEAN)
@@ -195,6 +204,9 @@ def summarise(
             "lower the forces or the speed, refine the plies, or raise contact_share"
         )
     added = float(model.masses.added.sum())
+    strain = max(float(ply.strain.max()) for ply in plies)
+    speed_up = softening_entries(model.scene.numerics.yarn_softening, history, strain)
+    warnings += softening_warnings(speed_up)
     return {
         "status": "failed" if failure else "completed",
         "message": failure or "; ".join(warnings) or "completed",
@@ -213,6 +225,8 @@ def summarise(
         "max_penetration_m": float(penetration.max()),
         "mass_kg": float(model.masses.mass.sum()),
         "added_mass_kg": added,
+        "added_mass_kinetic_ratio": mean_while_loaded(history, "added_mass_kinetic_j"),
+        **speed_up,
         "tools": _tool_entries(model, contacts, history),
         "interfaces": _interfaces(model, contacts),
         "plies": [_ply_entry(p, f) for p, f in zip(model.scene.plies, plies, strict=True)],

@@ -126,6 +126,11 @@ def _quality(summary: Mapping[str, Any]) -> str:
     if summary["added_mass_kg"] > 0.0:
         share = summary["added_mass_kg"] / (summary["mass_kg"] - summary["added_mass_kg"])
         parts.append(f"mass scaling added {100 * share:.3g} % of mass")
+    if summary["yarn_softening"] > 1.0:
+        parts.append(
+            f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "
+            f"{100 * summary['softening_strain']:.2g} % too large"
+        )
     return "; ".join(parts)
 
 
