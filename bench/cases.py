@@ -23,6 +23,7 @@ import warpdrape as wd
 from warpdrape import stepping
 from warpdrape.energy import balance, measure_membranes
 from warpdrape.model import Model, State, build_model, initial_state
+from warpdrape.partition import split
 from warpdrape.phases import time_phases
 from warpdrape.result import read_plies
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
@@ -183,9 +184,10 @@ def march(model: Model, state: State, frame: int, count: int) -> Iterator[tuple[
     stepper = stepping.Stepper(model, state)
     stepper.begin_frame(frame)
     whole = count == model.timing.search_every
+    (whole_part,) = split(model, state, 1)
     with wp.ScopedCapture(device="cpu") as capture:
         for _ in range(count):
-            stepping.step(model, state)
+            stepping.step(whole_part)
     for number in itertools.count(frame):
         stepper.begin_frame(number)
         for _ in range(model.timing.steps_per_frame // count):

@@ -205,6 +205,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
 
 @wp.kernel(enable_backward=False)
 def add_isotropic_forces(
+    first: int,
     triangles: wp.array2d(dtype=wp.int32),
     gradients: wp.array(dtype=wp.vec4d),
     areas: wp.array(dtype=wp.float64),
@@ -216,7 +217,7 @@ def add_isotropic_forces(
 
     W = A_t ½ S:E, so ∂W/∂k1 = A_t (S11 k1 + S12 k2) and ∂W/∂k2 = A_t (S12 k1 + S22 k2).
     """
-    t = wp.tid()
+    t = first + wp.tid()
     a = triangles[t, 0]
     b = triangles[t, 1]
     c = triangles[t, 2]

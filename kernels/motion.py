@@ -18,6 +18,7 @@ class Medium:
 
 @wp.kernel(enable_backward=False)
 def advance_clamped(
+    first: int,
     medium: Medium,
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
@@ -37,6 +38,7 @@ def advance_clamped(
     A clamped vertex follows x = M(step) x_rest + s(step) of its clamp.
 
     Args:
+        first: number of the first vertex.
         medium: gravity, damping, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
@@ -51,7 +53,7 @@ def advance_clamped(
         clamp_work: work done by the clamps [J], shape [vertex]; accumulated.
         clamp_force: sum over the steps of the force of each clamp [N], shape [clamp]; accumulated.
     """
-    i = wp.tid()
+    i = first + wp.tid()
     held = clamp[i]
     if held < 0:
         return
@@ -71,6 +73,7 @@ def advance_clamped(
 
 @wp.kernel(enable_backward=False)
 def advance_vertices(
+    first: int,
     medium: Medium,
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
@@ -86,6 +89,7 @@ def advance_vertices(
     All its arrays have one dimension: Warp 1.19 then knows their strides, and takes half the time.
 
     Args:
+        first: number of the first vertex.
         medium: gravity, damping, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
@@ -96,7 +100,7 @@ def advance_vertices(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         runaway: first runaway vertex, −1 while there is none, shape [1].
     """
-    i = wp.tid()
+    i = first + wp.tid()
     if clamp[i] >= 0:
         return
     one = wp.float64(1.0)

@@ -75,6 +75,7 @@ def make_pair_forces(tension, shear, Tension, Shear):
 
     @wp.kernel(module="unique", enable_backward=False, module_options=WIDE)
     def add_pair_forces(
+        first: int,
         pairs: wp.array(dtype=TwoPairs),
         tension_law: Tension,
         shear_law: Shear,
@@ -86,6 +87,7 @@ def make_pair_forces(tension, shear, Tension, Shear):
         """Add yarn and shear forces to ``f``; one thread two pairs of triangles.
 
         Args:
+            first: number of the first two.
             pairs: shape [pairs / 2].
             tension_law: line tension law [N/m].
             shear_law: shear couple law [N/m].
@@ -94,7 +96,7 @@ def make_pair_forces(tension, shear, Tension, Shear):
             x: positions [m], shape [vertex].
             f: forces [N], shape [vertex]; accumulated.
         """
-        two = pairs[wp.tid()]
+        two = pairs[first + wp.tid()]
         p = two.vertices_p
         q = two.vertices_q
         xi = vectors(x[p[0]], x[p[0]], x[q[0]], x[q[0]])

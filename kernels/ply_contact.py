@@ -44,12 +44,13 @@ def copy_to_single(first: int, x: wp.array(dtype=wp.vec3d), points: wp.array(dty
 
 @wp.kernel(enable_backward=False)
 def add_vertex_normals(
+    first: int,
     triangles: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
-    """Add area-weighted triangle normals to their vertices; one thread a triangle."""
-    t = wp.tid()
+    """Add area-weighted triangle normals to their vertices; one thread a triangle from ``first``."""
+    t = first + wp.tid()
     a = triangles[t, 0]
     b = triangles[t, 1]
     c = triangles[t, 2]
@@ -61,6 +62,7 @@ def add_vertex_normals(
 
 @wp.kernel(enable_backward=False)
 def raise_hollows(
+    first: int,
     triangles: wp.array2d(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
@@ -69,13 +71,14 @@ def raise_hollows(
     """Raise the vertices' ``hollows`` to the sags of their edges; one thread a triangle.
 
     Args:
+        first: number of the first triangle.
         triangles: vertices, shape [triangle, 3].
         x: positions [m], shape [vertex].
         normals: vertex normals, any length, shape [vertex].
         hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
             shape [vertex]; raised.
     """
-    t = wp.tid()
+    t = first + wp.tid()
     for corner in range(3):
         i = triangles[t, corner]
         j = triangles[t, (corner + 1) % 3]

@@ -172,6 +172,7 @@ def tangent_plane(
 
 @wp.kernel(enable_backward=False)
 def find_tool_contacts(
+    first: int,
     surfaces: ToolSurfaces,
     search: ToolSearch,
     offset: wp.array(dtype=wp.float64),
@@ -190,6 +191,7 @@ def find_tool_contacts(
     No facet can be farther than the last one was, plus the way since: that bounds the query.
 
     Args:
+        first: number of the first vertex.
         surfaces: the tools' facets.
         search: how far to look.
         offset: half the ply thickness [m], shape [vertex].
@@ -202,7 +204,7 @@ def find_tool_contacts(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration seen so far [m], shape [tool]; raised.
     """
-    i = wp.tid()
+    i = first + wp.tid()
     before = touching[i]
     near = offset[i] + search.reach
     now = wp.int32(0)
@@ -240,6 +242,7 @@ def find_tool_contacts(
 
 @wp.kernel(enable_backward=False)
 def add_tool_forces(
+    first: int,
     law: ContactLaw,
     friction: wp.array(dtype=wp.float64),
     mass: wp.array(dtype=wp.float64),
@@ -257,6 +260,7 @@ def add_tool_forces(
     """Add the tools' contact forces to ``f``; one thread a vertex.
 
     Args:
+        first: number of the first vertex.
         law: contact law.
         friction: μ, shape [tool].
         mass: shape [vertex] [kg].
@@ -271,7 +275,7 @@ def add_tool_forces(
         reaction: forces on the tools [N], shape [tool]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    i = wp.tid()
+    i = first + wp.tid()
     bits = touching[i]
     if bits == 0:
         return

@@ -119,6 +119,9 @@ def _add_run(commands: Any) -> None:
     run.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
     run.add_argument("--frames", metavar="N", default="60",
                      help="frames of the animation and rows of the history; 60 if not given")
+    run.add_argument("--threads", metavar="N",
+                     help="threads of the CPU; if not given, the physical cores for a large model, "
+                     "one for a small one")
     run.add_argument("--quiet", action="store_true", help="show no progress")
     run.add_argument("--profile", action="store_true", help="show where the time went")
     run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
@@ -139,6 +142,9 @@ def _run(arguments: argparse.Namespace) -> int:
     from warpdrape.scene_library import find_script
 
     frames = _whole("--frames", arguments.frames, least=1)
+    threads = None
+    if arguments.threads is not None:
+        threads = _whole("--threads", arguments.threads, least=1)
     script = find_script(arguments.scene)
     script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
     from warpdrape.model import check_device
@@ -155,7 +161,7 @@ def _run(arguments: argparse.Namespace) -> int:
         print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
     result = scene.run(
         folder, device=arguments.device, frames=frames, overwrite=arguments.overwrite,
-        quiet=arguments.quiet, profile=arguments.profile,
+        quiet=arguments.quiet, profile=arguments.profile, threads=threads,
     )
     print(summary_text(result.summary, folder))
     if arguments.profile:
@@ -246,7 +252,7 @@ def _info(_: argparse.Namespace) -> int:
         memory = f", {device.total_memory / 2**30:.0f} GiB" if device.is_cuda else ""
         print(f"{'device':12} {device.alias} ({device.name}{memory})")
     if not wp.is_cuda_available():
-        print(f"{'':12} no CUDA device: a run uses one core of the processor")
+        print(f"{'':12} no CUDA device: a run uses the processor")
     print(f"{'kernel cache':12} {wp.config.kernel_cache_dir}")
     return DONE
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +47,9 @@ class Membrane:
         gradients: D [1/m], shape [triangle].
         areas: initial areas [m²], shape [triangle].
         rest_angle: from warp to weft in the flat ply [rad].
-        loads: launches (kernel, count, inputs) that add forces, given x; output f.
+        loads: launches (kernel, count, inputs) that add forces, given x; output f. The first input
+            is the number of the first one counted.
+        order: its triangles as the loads take them, shape [triangle].
         measurement: launch (kernel, count, inputs) of strain, line tension and energy.
     """
 
@@ -59,12 +62,18 @@ class Membrane:
     areas: wp.array
     rest_angle: float
     loads: tuple[tuple[Any, int, list], ...]
+    order: np.ndarray
     measurement: tuple[Any, int, list]
 
     def add_forces(self, x: wp.array, f: wp.array) -> None:
         """Add the membrane's forces [N] at positions x [m] to f."""
-        for kernel, count, inputs in self.loads:
-            wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+        launch_loads(self.loads, x, f)
+
+
+def launch_loads(loads: Sequence[tuple[Any, int, list]], x: wp.array, f: wp.array) -> None:
+    """Add the forces [N] of loads, as `Membrane` has them, at positions x [m] to f."""
+    for kernel, count, inputs in loads:
+        wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
 
 
 def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
@@ -117,10 +126,13 @@ def build_membrane(
     if isinstance(fabric.tension, IsotropicMembrane):
         law = IsotropicStruct()
         law.stiffness, law.poisson = fabric.tension.stiffness, fabric.tension.poisson
-        loads = ((kernels.add_isotropic_forces, len(flat), [*common, law]),)
+        loads = ((kernels.add_isotropic_forces, len(flat), [0, *common, law]),)
+        order = np.arange(len(flat))
         measurement = (kernels.measure_isotropic, len(flat), [*common, law])
     else:
-        loads, measurement = _yarn_launches(ply, numerics, vertex, common, gradients, areas, device)
+        loads, order, measurement = _yarn_launches(
+            ply, numerics, vertex, common, gradients, areas, device
+        )
     return Membrane(
         vertex,
         len(ply.mesh.vertices),
@@ -129,6 +141,7 @@ def build_membrane(
         *common,
         fabric.yarn_angle,
         loads,
+        order,
         measurement,
     )
 
@@ -139,7 +152,7 @@ def _yarn_kernels(functions: tuple) -> tuple:
     return make_pair_forces(tension, shear, *structs), *kernels.make_yarn_membrane(*functions)
 
 
-def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple[tuple, tuple]:
+def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple:
     fabric = ply.fabric
     add_pair_forces, add_patch_forces, measure = _yarn_kernels(membrane_functions(fabric))
     laws = [
@@ -163,11 +176,12 @@ def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> t
         quads, *of_two = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
         two_pairs = two_by_two(quads + vertex, *of_two, areas[halves])
         pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
-        loads.append((add_pair_forces, paired // 2, [pair_array, *laws]))
+        loads.append((add_pair_forces, paired // 2, [0, pair_array, *laws]))
     if patches > paired:
         inputs = [paired, offset_array, member_array, *common, *laws]
         loads.append((add_patch_forces, patches - paired, inputs))
-    return tuple(loads), (measure, patches, [offset_array, member_array, *common, *laws])
+    measurement = (measure, patches, [offset_array, member_array, *common, *laws])
+    return tuple(loads), members, measurement
 
 
 def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray) -> np.ndarray:

@@ -10,14 +10,15 @@ from contextlib import contextmanager
 
 import warp as wp
 
-from warpdrape import stepping
+from warpdrape import launches
 from warpdrape.model import Model, State
+from warpdrape.partition import Part, split
 
-PER_STEP: dict[str, Callable[[Model, State], None]] = {
-    "elements": stepping.add_element_forces,
-    "tool contact": stepping.add_tool_contact,
-    "ply contact": stepping.add_ply_contact,
-    "integration": stepping.advance,
+PER_STEP: dict[str, Callable[[Part], None]] = {
+    "elements": launches.add_element_forces,
+    "tool contact": launches.add_tool_contact,
+    "ply contact": launches.add_ply_contact,
+    "integration": launches.advance,
 }
 """Phases of every step."""
 LAUNCHES = 20
@@ -60,10 +61,12 @@ def time_phases(
             seconds.append(clock() - start)
         return statistics.median(seconds[1:])
 
-    def captured(phase: Callable[[Model, State], None], count: int) -> Callable[[], None]:
+    (whole,) = split(model, scratch, 1)
+
+    def captured(phase: Callable[[Part], None], count: int) -> Callable[[], None]:
         with wp.ScopedCapture(device=model.device) as capture:
             for _ in range(count):
-                phase(model, scratch)
+                phase(whole)
         return lambda: wp.capture_launch(capture.graph)
 
     count, every = min(LAUNCHES, model.timing.steps_per_frame), model.timing.search_every
@@ -74,9 +77,9 @@ def time_phases(
         if name not in absent
     }
     if model.scene.tools:
-        costs["tool search"] = timed(captured(stepping.search_tools, 1)) / every
+        costs["tool search"] = timed(captured(launches.search_tools, 1)) / every
     if model.ply_pairs:
-        costs["ply search"] = timed(lambda: stepping.search_plies(model, scratch)) / every
+        costs["ply search"] = timed(lambda: launches.search_plies(whole)) / every
     return costs
 
 

@@ -205,6 +205,7 @@ class Scene:
         overwrite: bool = False,
         quiet: bool = True,
         profile: bool = False,
+        threads: int | None = None,
     ) -> Result:
         """Compute the scene.
 
@@ -215,6 +216,9 @@ class Scene:
             overwrite: replace results that the folder holds.
             quiet: show no progress.
             profile: time the phases now and then, for the entry ``phases_s`` of the summary.
+            threads: of the CPU that share the steps; None takes the physical cores for a large
+                model and one for a small one. Results differ by rounding from one number to
+                another, and are the same to the bit for one.
 
         Returns:
             The finished run; ``result.summary["status"]`` says "completed" or "failed".
@@ -232,6 +236,7 @@ class Scene:
             overwrite=overwrite,
             quiet=quiet,
             profile=profile,
+            threads=threads,
         )
 
 

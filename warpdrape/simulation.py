@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.crew import choose_threads
 from warpdrape.energy import Energies, balance, measure_membranes
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.model import Model, State, build_model, check_device, initial_state
@@ -38,11 +39,14 @@ def run_scene(
     overwrite: bool,
     quiet: bool,
     profile: bool,
+    threads: int | None,
 ) -> Result:
     """Compute a scene; see `Scene.run`."""
     if isinstance(frames, bool) or not isinstance(frames, int) or frames < 1:
         raise InputError(f"frames = {frames!r} must be a whole number above zero")
     check_device(device)
+    triangles = sum(len(ply.mesh.triangles) for ply in scene.plies)
+    threads = choose_threads(threads, device, triangles)
     folder = None if out is None else RunFolder(out, overwrite)
     check_tools(scene)
     check_clamps(scene)
@@ -50,20 +54,22 @@ def run_scene(
     check_steps(model)
     state = initial_state(model)
     check_contacts(model, state)
-    recorder = Recorder(model, folder, profile=profile)
+    recorder = Recorder(model, folder, threads=threads, profile=profile)
     try:
         with Progress(scene.duration, quiet=quiet) as progress:
-            failure = _march(model, state, recorder, progress)
+            failure = _march(model, state, threads, recorder, progress)
     except Exception as error:  # a fault of ours: keep the frames, then let it be seen
         recorder.finish(f"stopped by an unexpected {type(error).__name__}: {error}")
         raise
     return recorder.finish(failure)
 
 
-def _march(model: Model, state: State, recorder: Recorder, progress: Progress) -> str:
+def _march(
+    model: Model, state: State, threads: int, recorder: Recorder, progress: Progress
+) -> str:
     """Step through all frames; return why it stopped early, or an empty text."""
     timing = model.timing
-    stepper = Stepper(model, state)
+    stepper = Stepper(model, state, threads)
     try:
         recorder.record(state, 0, 0)
         for frame in range(1, timing.frames + 1):
@@ -77,6 +83,8 @@ def _march(model: Model, state: State, recorder: Recorder, progress: Progress) -
         return str(reason)
     except KeyboardInterrupt:
         return "interrupted by the user"
+    finally:
+        stepper.close()
     return ""
 
 
@@ -117,7 +125,9 @@ def place(model: Model, vertex: int) -> str:
 class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes."""
 
-    def __init__(self, model: Model, folder: RunFolder | None, *, profile: bool = False) -> None:
+    def __init__(
+        self, model: Model, folder: RunFolder | None, *, threads: int = 1, profile: bool = False
+    ) -> None:
         """Open the run folder, if there is one; with ``profile``, time the phases of the steps."""
         self.steps = 0
         self.profile = Profile(model, sampling=profile)
@@ -132,7 +142,7 @@ class Recorder:
         if folder is not None:
             scene = model.scene
             folder.begin()
-            folder.write_json(RUN, run_record(scene, model, model.timing.frames))
+            folder.write_json(RUN, run_record(scene, model, model.timing.frames, threads))
             self._history = folder.history()
             self._usd = UsdWriter(
                 folder.scene_path,

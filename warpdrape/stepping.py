@@ -1,254 +1,163 @@
-"""The steps of a run: every launch is here, eager or replayed from a captured graph."""
+"""The steps of a run, in blocks of a search and the steps up to the next one."""
 
 from __future__ import annotations
 
-import math
+import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import warp as wp
 
-from warpdrape.kernels.motion import (
-    advance_clamped,
-    advance_tools,
-    advance_vertices,
-    count_step,
-)
-from warpdrape.kernels.ply_contact import (
-    add_ply_forces,
-    add_vertex_normals,
-    copy_to_single,
-    find_ply_contacts,
-    raise_hollows,
-)
-from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
-from warpdrape.model import Model, State, near_reach
+from warpdrape import launches
+from warpdrape.crew import Barrier, Crew, Pace
+from warpdrape.model import Model, State
 from warpdrape.motion import Float
+from warpdrape.partition import Part, split
 
-FADING = 2e-4
-"""Time in which a penetration that appeared by a jump of the gap is pushed out [s].
-
-Pushing it out does work that nothing supplies: in the three-ply hemisphere about a hundredth of the
-energy, at 4 ms a third of that, but then up to 0.2 mm are on their way out at a time, not 0.03 mm.
-"""
+Section = Callable[[Part, Sequence[Part]], None]
+"""Launches that a part can make, given all parts, while the others are in the same section."""
 
 
 def search_contacts(model: Model, state: State) -> None:
     """Find what each vertex may touch until the next search."""
-    search_tools(model, state)
-    search_plies(model, state)
+    (whole,) = split(model, state, 1)
+    launches.search_tools(whole)
+    launches.search_plies(whole)
 
 
-def search_tools(model: Model, state: State) -> None:
-    """Find which tools each vertex may touch until the next search."""
-    if not model.scene.tools:
-        return
-    wp.launch(
-        find_tool_contacts,
-        model.mass.shape[0],
-        inputs=[model.surfaces, model.search, model.offset, state.tool_shift, state.x],
-        outputs=[
-            state.tool_planes,
-            state.tool_queries,
-            state.tool_touching,
-            state.tool_holds,
-            state.lost,
-            state.tool_deepest,
-        ],
-        device=model.device,
-    )
+def step(whole: Part) -> None:
+    """Advance everything by one step, for a part that is the whole."""
+    _scatter(whole, [whole])
+    _move(whole, [whole])
+    _end_step(whole, [whole])
 
 
-def search_plies(model: Model, state: State) -> None:
-    """Find which triangles of other plies each vertex may touch until the next search."""
-    scene, device = model.scene, model.device
-    if not model.ply_pairs:
-        return
-    state.normals.zero_()
-    wp.launch(
-        add_vertex_normals,
-        model.triangles.shape[0],
-        inputs=[model.triangles, state.x],
-        outputs=[state.normals],
-        device=device,
-    )
-    state.hollows.zero_()
-    wp.launch(
-        raise_hollows,
-        model.triangles.shape[0],
-        inputs=[model.triangles, state.x, state.normals],
-        outputs=[state.hollows],
-        device=device,
-    )
-    for membrane, mesh in zip(model.membranes, model.query_meshes, strict=True):
-        wp.launch(
-            copy_to_single,
-            membrane.vertex_count,
-            inputs=[membrane.first_vertex, state.x],
-            outputs=[mesh.points],
-            device=device,
-        )
-        mesh.refit()
-    reach = near_reach(scene)
-    keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
-    for number, pair in enumerate(model.ply_pairs):
-        searching = model.membranes[pair.searching]
-        radius = 4.0 * pair.faces.thickness + 2.0 * reach
-        wp.launch(
-            find_ply_contacts,
-            searching.vertex_count,
-            inputs=[
-                model.contact,
-                pair.faces,
-                number,
-                searching.first_vertex,
-                pair.first_slot,
-                reach,
-                radius,
-                keep,
-                model.triangles,
-                model.open_edges,
-                model.mass,
-                state.x,
-                state.normals,
-                state.hollows,
-                state.ply_springs,
-                state.ply_stored,
-            ],
-            outputs=[state.ply_contacts, state.lost, state.ply_deepest, state.ply_jump],
-            device=device,
-        )
+def block_sections(model: Model) -> list[Section]:
+    """All of a block after the refit; a part may go on when all others have come as far.
+
+    Part 0 moves the tools while the others scatter: nothing there depends on tools.
+    """
+    ends = [_end_step_and_scatter] * (model.timing.search_every - 1) + [_end_block]
+    steps = [section for end in ends for section in (_move, end)]
+    looks = [_gather_normals, _measure_hollows, _gather_hollows] if model.ply_pairs else []
+    return [*looks, _find_and_scatter, *steps]
 
 
-def step(model: Model, state: State) -> None:
-    """Advance everything by one step."""
-    add_element_forces(model, state)
-    add_ply_contact(model, state)
-    add_tool_contact(model, state)
-    advance(model, state)
+def _gather_normals(part: Part, parts: Sequence[Part]) -> None:
+    launches.gather(part, parts, "normals")
 
 
-def add_element_forces(model: Model, state: State) -> None:
-    """Add the forces of the plies' triangles."""
-    for membrane in model.membranes:
-        membrane.add_forces(state.x, state.f)
+def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
+    launches.measure_hollows(part)
 
 
-def add_ply_contact(model: Model, state: State) -> None:
-    """Add the contact forces between plies."""
-    scene, device = model.scene, model.device
-    for pair in model.ply_pairs:
-        searching = model.membranes[pair.searching]
-        wp.launch(
-            add_ply_forces,
-            searching.vertex_count,
-            inputs=[
-                model.contact,
-                scene.ply_friction,
-                pair.faces.thickness,
-                searching.first_vertex,
-                pair.first_slot,
-                model.mass,
-                state.x,
-                state.v,
-                state.ply_contacts,
-            ],
-            outputs=[
-                state.ply_springs,
-                state.ply_dashpots,
-                state.f,
-                state.lost,
-                state.ply_stored,
-                state.ply_slip,
-            ],
-            device=device,
-        )
+def _gather_hollows(part: Part, parts: Sequence[Part]) -> None:
+    launches.gather_hollows(part, parts)
 
 
-def add_tool_contact(model: Model, state: State) -> None:
-    """Add the contact forces of the tools."""
-    if not model.scene.tools:
-        return
-    wp.launch(
-        add_tool_forces,
-        model.mass.shape[0],
-        inputs=[
-            model.contact,
-            model.surfaces.friction,
-            model.mass,
-            state.tool_shift,
-            state.tool_velocity,
-            state.x,
-            state.v,
-            state.tool_planes,
-            state.tool_touching,
-        ],
-        outputs=[state.tool_holds, state.f, state.reaction, state.lost],
-        device=model.device,
-    )
+def _find_and_scatter(part: Part, parts: Sequence[Part]) -> None:
+    launches.find_plies(part)
+    launches.search_tools(part)
+    _scatter(part, parts)
 
 
-def advance(model: Model, state: State) -> None:
-    """Move vertices and tools, and go to the next step."""
-    scene, device = model.scene, model.device
-    if scene.clamps:
-        wp.launch(
-            advance_clamped,
-            model.mass.shape[0],
-            inputs=[
-                model.medium,
-                model.mass,
-                model.added_mass,
-                model.clamp,
-                model.rest,
-                state.clamp_matrix,
-                state.clamp_shift,
-                state.step,
-            ],
-            outputs=[state.x, state.v, state.f, state.clamp_work, state.clamp_force],
-            device=device,
-        )
-    wp.launch(
-        advance_vertices,
-        model.mass.shape[0],
-        inputs=[model.medium, model.mass, model.added_mass, model.clamp],
-        outputs=[state.x, state.v, state.f, state.lost, state.runaway],
-        device=device,
-    )
-    if scene.tools:
-        wp.launch(
-            advance_tools,
-            len(scene.tools),
-            inputs=[
-                model.timing.time_step,
-                model.floating,
-                state.tool_path,
-                state.tool_force,
-                state.step,
-            ],
-            outputs=[
-                state.tool_shift,
-                state.tool_velocity,
-                state.reaction,
-                state.impulse,
-                state.tool_work,
-                state.tool_damped,
-            ],
-            device=device,
-        )
-    wp.launch(count_step, 1, outputs=[state.step], device=device)
+def _scatter(part: Part, _: Sequence[Part]) -> None:
+    launches.add_element_forces(part)
+    launches.add_ply_contact(part)
+
+
+def _move(part: Part, parts: Sequence[Part]) -> None:
+    launches.gather(part, parts, "f")
+    launches.add_tool_contact(part)
+    launches.advance_plies(part)
+
+
+def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
+    _end_step(part, parts)
+    _scatter(part, parts)
+
+
+def _end_step(part: Part, parts: Sequence[Part]) -> None:
+    if part.number == 0:
+        launches.gather_totals(parts)
+        launches.end_step(part.model, part.moving)
+
+
+def _end_block(part: Part, parts: Sequence[Part]) -> None:
+    _end_step(part, parts)
+    if part.number == 0:
+        launches.gather_extremes(parts)
+
+
+class _Job:
+    """What one thread does in a block: the launches of some parts, and refits between them.
+
+    The refit stays outside the graphs: Warp 1.19 does not record `Mesh.refit` on the CPU, so that a
+    replay would query a stale hierarchy. Tools are rigid and need no refit.
+    """
+
+    def __init__(self, own: Sequence[Part], parts: Sequence[Part], barrier: Barrier | None) -> None:
+        """Keep the parts; nothing is launched yet.
+
+        Args:
+            own: the parts of this job, one if others do the rest at the same time.
+            parts: all of them.
+            barrier: where to wait for the others; None if there are none.
+        """
+        self._own, self._parts, self._barrier = own, parts, barrier
+        self._replays = [self._prepare, self._launch_sections]
+
+    def capture(self) -> None:
+        """Replay from now on what the launches of now record."""
+        self._replays = [_captured(run, self._own[0].model.device) for run in self._replays]
+
+    def run(self) -> None:
+        """Do the block."""
+        prepare, rest = self._replays
+        prepare()
+        for part in self._own:
+            launches.refit_plies(part)
+        rest()
+
+    def _prepare(self) -> None:
+        for part in self._own:
+            launches.prepare_ply_search(part)
+
+    def _launch_sections(self) -> None:
+        for section in block_sections(self._own[0].model):
+            if self._barrier is not None:
+                self._barrier.launch(self._own[0].number)
+            for part in self._own:
+                section(part, self._parts)
+
+
+def _captured(run: Callable[[], None], device: str) -> Callable[[], None]:
+    with wp.ScopedCapture(device=device) as capture:
+        run()
+    return lambda: wp.capture_launch(capture.graph)
 
 
 class Stepper:
-    """Runs blocks of a search and the steps up to the next one, from a captured graph.
+    """Runs blocks of a search and the steps up to the next one, from captured graphs.
 
-    The search between plies stays outside the graph: Warp 1.19 does not record `Mesh.refit` on the
-    CPU, so that a replay would query a stale hierarchy. Tools are rigid and need no refit.
+    With several threads each computes a part of the model, and while that does not pay one thread
+    computes all parts: for a given number of them the results are the same to the bit.
     """
 
-    def __init__(self, model: Model, state: State) -> None:
-        """Keep model and state; a graph is captured at the first block."""
+    def __init__(self, model: Model, state: State, threads: int = 1) -> None:
+        """Cut the model into a part for each thread; graphs are captured at the first block."""
         self._model, self._state = model, state
-        self._graph = None
+        self._parts = split(model, state, threads)
+        self._alone = _Job(self._parts, self._parts, None)
+        self._captured = not model.scene.numerics.graph
+        self._pace, self._barrier = Pace(), Barrier(threads) if threads > 1 else None
+        self._crew: Crew | None = None
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._crew is not None:
+            self._crew.close()
+            self._crew = None
 
     def begin_frame(self, frame: int) -> None:
         """Put the prescribed motions of a frame's steps on the device.
@@ -280,17 +189,23 @@ class Stepper:
 
     def block(self) -> None:
         """Search once and do the steps up to the next search."""
-        search_plies(self._model, self._state)
-        if not self._model.scene.numerics.graph:
-            self._launch_steps()
-            return
-        if self._graph is None:
-            with wp.ScopedCapture(device=self._model.device) as capture:
-                self._launch_steps()
-            self._graph = capture.graph
-        wp.capture_launch(self._graph)
+        if not self._captured:
+            self._alone.capture()
+            self._captured = True
+            if self._barrier is not None:
+                self._crew = self._muster(self._barrier)
+        together = self._crew is not None and self._pace.together
+        start = time.perf_counter()
+        if together:
+            self._barrier.reset()
+            self._crew.run()
+        else:
+            self._alone.run()
+        self._pace.took(time.perf_counter() - start)
 
-    def _launch_steps(self) -> None:
-        search_tools(self._model, self._state)
-        for _ in range(self._model.timing.search_every):
-            step(self._model, self._state)
+    def _muster(self, barrier: Barrier) -> Crew:
+        """Capture every part's graphs and start its thread."""
+        jobs = [_Job([part], self._parts, barrier) for part in self._parts]
+        for job in jobs:
+            job.capture()
+        return Crew([job.run for job in jobs], barrier.release)

@@ -282,7 +282,7 @@ def _ply_entry(ply, formed: FormedPly) -> dict[str, Any]:
     }
 
 
-def run_record(scene: Scene, model: Model, frames: int) -> dict[str, Any]:
+def run_record(scene: Scene, model: Model, frames: int, threads: int) -> dict[str, Any]:
     """Everything of ``run.json``: what is needed to do it again."""
     return {
         "scene": scene.name,
@@ -296,6 +296,7 @@ def run_record(scene: Scene, model: Model, frames: int) -> dict[str, Any]:
         "time_step_s": model.timing.time_step,
         "search_every": model.timing.search_every,
         "device": model.device,
+        "threads": threads,
         "versions": versions(),
         "plies": [
             {

@@ -1,0 +1,94 @@
+"""What threads of the CPU share when each computes a part of the model: a barrier, and sums.
+
+Warp's atomic operations are plain ones on the CPU, so that no two parts may write the same entry:
+each scatters into arrays of its own, and whoever owns an entry adds up what the others have there.
+"""
+
+import warp as wp
+
+LINE = 16
+"""Integers from one counter to the next: a cache line each, else threads would slow each other."""
+
+
+@wp.func_native(
+    """
+#if !defined(__CUDACC__)
+    int* mine = arrived.data + 16 * part;
+    int target = *mine + 1;
+    __atomic_store_n(mine, target, __ATOMIC_RELEASE);
+    for (int other = 0; other < parts; ++other) {
+        int* theirs = arrived.data + 16 * other;
+        int spun = 0;
+        while (__atomic_load_n(theirs, __ATOMIC_ACQUIRE) < target) {
+            if (__atomic_load_n(arrived.data + 16 * parts, __ATOMIC_RELAXED)) return;
+            if (++spun <= spins) {
+#if defined(__x86_64__)
+                __builtin_ia32_pause();
+#endif
+            } else if (give_way) {
+                reinterpret_cast<void (*)()>(give_way)();
+            }
+        }
+    }
+#endif
+"""
+)
+def wait_for_parts(
+    part: int, parts: int, spins: int, give_way: wp.uint64, arrived: wp.array(dtype=wp.int32)
+):
+    """Wait until every part has come here as often as this one; see `await_parts`."""
+    ...
+
+
+@wp.kernel(enable_backward=False)
+def await_parts(
+    part: int, parts: int, spins: int, give_way: wp.uint64, arrived: wp.array(dtype=wp.int32)
+):
+    """Barrier; one thread in all, launched once by every part. On the CPU only.
+
+    Args:
+        part: number of the part that arrives.
+        parts: how many there are.
+        spins: looks at a counter before the processor is offered to others at each further one.
+        give_way: address of the system's function that offers it, 0 if there is none.
+        arrived: how often each part has come to a barrier, ``LINE`` apart; after them, anything but
+            zero where nobody is to wait any more; shape [(parts + 1) · LINE].
+    """
+    wait_for_parts(part, parts, spins, give_way, arrived)
+
+
+@wp.kernel(enable_backward=False)
+def take_over(first: int, theirs: wp.array(dtype=wp.vec3d), ours: wp.array(dtype=wp.vec3d)):
+    """Add the entries of another part to ours and clear them; one thread an entry from ``first``.
+
+    Args:
+        first: number of the first entry.
+        theirs: any unit; cleared.
+        ours: accumulated.
+    """
+    i = first + wp.tid()
+    value = theirs[i]
+    if value[0] != wp.float64(0.0) or value[1] != wp.float64(0.0) or value[2] != wp.float64(0.0):
+        ours[i] += value
+        theirs[i] = wp.vec3d()
+
+
+@wp.kernel(enable_backward=False)
+def take_larger(first: int, theirs: wp.array(dtype=wp.vec2d), ours: wp.array(dtype=wp.vec2d)):
+    """Raise our entries to those of another part; one thread an entry from ``first``."""
+    i = first + wp.tid()
+    ours[i] = wp.max(ours[i], theirs[i])
+
+
+@wp.kernel(enable_backward=False)
+def raise_to(theirs: wp.array(dtype=wp.float64), ours: wp.array(dtype=wp.float64)):
+    """Raise our entries to those of another part; one thread an entry."""
+    i = wp.tid()
+    ours[i] = wp.max(ours[i], theirs[i])
+
+
+@wp.kernel(enable_backward=False)
+def note_runaway(theirs: wp.array(dtype=wp.int32), ours: wp.array(dtype=wp.int32)):
+    """Take another part's first runaway vertex where we have none; one thread in all."""
+    if ours[0] < 0:
+        ours[0] = theirs[0]
