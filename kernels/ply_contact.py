@@ -49,7 +49,7 @@ def add_vertex_normals(
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
-    """Add area-weighted triangle normals to their vertices; one thread a triangle from ``first``."""
+    """Add area-weighted triangle normals to their vertices; one thread a triangle, from first."""
     t = first + wp.tid()
     a = triangles[t, 0]
     b = triangles[t, 1]

@@ -20,8 +20,8 @@ import warp as wp
 from warpdrape.errors import InputError
 from warpdrape.kernels.parts import LINE, await_parts
 
-SPINS = 5000
-"""Looks at a counter before the core is offered to others: about 0.1 ms, a hundred barriers'."""
+SPINS = 1000
+"""Looks at a counter before the core is offered to others at each: some 20 µs."""
 TRIAL = 2
 """Blocks that are tried with threads, of which the faster counts."""
 ROUND = 100

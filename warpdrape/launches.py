@@ -303,8 +303,6 @@ def gather_extremes(parts: Sequence[Part]) -> None:
         for name in ("tool_deepest", "ply_deepest", "ply_jump"):
             ours, theirs = (getattr(part.moving, name) for part in (parts[0], other))
             if ours.size:
-                wp.launch(
-                    raise_to, ours.size, inputs=[theirs], outputs=[ours], device=ours.device
-                )
+                wp.launch(raise_to, ours.size, inputs=[theirs], outputs=[ours], device=ours.device)
         ours, theirs = parts[0].moving.runaway, other.moving.runaway
         wp.launch(note_runaway, 1, inputs=[theirs], outputs=[ours], device=ours.device)

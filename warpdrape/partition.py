@@ -1,8 +1,8 @@
 """Which launches a thread makes: parts of the model that share nothing they write.
 
-A part is a run of every ply's elements and a run of every ply's vertices. Elements and ply contacts
-scatter into arrays of the part's own; tool contact and integration then work on the part's vertices,
-once the forces that the others scattered there have been added. With one part nothing is doubled.
+A part is a share of every ply's elements and of every ply's vertices. Elements and ply contacts
+scatter into arrays of the part's own; tool contact and integration then work on its vertices, once
+the forces that the others scattered there have been added. With one part nothing is doubled.
 """
 
 from __future__ import annotations

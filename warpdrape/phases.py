@@ -121,10 +121,16 @@ class Profile:
             self._sampled = frame
 
     def seconds(self) -> dict[str, float]:
-        """Wall time by phase [s]; "Python" is what the phases leave of the stepping."""
+        """Wall time by phase [s]; "Python" is what the phases leave of the stepping.
+
+        Where they take longer alone, on one thread, than the stepping did on several, they are
+        shown in proportion.
+        """
         others = dict(self._seconds)
-        rest = others.pop("stepping") - sum(self._phases.values())
-        return {**self._phases, "Python": max(rest, 0.0), **others}
+        stepping, alone = others.pop("stepping"), sum(self._phases.values())
+        part = min(1.0, stepping / alone) if alone > 0.0 else 1.0
+        phases = {name: part * spent for name, spent in self._phases.items()}
+        return {**phases, "Python": stepping - part * alone, **others}
 
 
 def phase_table(seconds: dict[str, float]) -> str:

@@ -64,9 +64,7 @@ def run_scene(
     return recorder.finish(failure)
 
 
-def _march(
-    model: Model, state: State, threads: int, recorder: Recorder, progress: Progress
-) -> str:
+def _march(model: Model, state: State, threads: int, recorder: Recorder, progress: Progress) -> str:
     """Step through all frames; return why it stopped early, or an empty text."""
     timing = model.timing
     stepper = Stepper(model, state, threads)

@@ -194,9 +194,11 @@ class Stepper:
             self._captured = True
             if self._barrier is not None:
                 self._crew = self._muster(self._barrier)
-        together = self._crew is not None and self._pace.together
+        if self._crew is None:
+            self._alone.run()
+            return
         start = time.perf_counter()
-        if together:
+        if self._pace.together:
             self._barrier.reset()
             self._crew.run()
         else:
