@@ -18,8 +18,11 @@ from warpdrape.membrane import Membrane
 from warpdrape.model import Model, PlyPair, State
 
 MOST_RUNS = 8
-"""Runs of consecutive vertices that a part of a ply may have: each is a launch more. Where more
-would be needed for vertices to lie beside their elements, a ply is cut by vertex number alone."""
+"""Runs of consecutive vertices that a part of a ply may have, each a launch more. Where more would
+be needed for vertices to lie beside their elements, a ply is cut by vertex number alone."""
+
+LARGEST = 1.15
+"""Vertices of a part over the mean beyond which a ply is cut so too [-]."""
 
 
 class Run(NamedTuple):
@@ -122,7 +125,10 @@ def _share(total: int, count: int, number: int) -> Run:
 
 
 def _vertex_owners(model: Model, membrane: Membrane, count: int) -> np.ndarray:
-    """Part of every vertex of a ply: that of an element beside it, shape [vertex]."""
+    """Part of every vertex of a ply: that of the first element beside it, shape [vertex].
+
+    By number alone where its vertices would lie scattered, or the parts differ too much.
+    """
     n = membrane.vertex_count
     by_number = np.arange(n) * count // n
     if count == 1:
@@ -134,7 +140,8 @@ def _vertex_owners(model: Model, membrane: Membrane, count: int) -> np.ndarray:
     corners = membrane.triangles.numpy() - membrane.first_vertex
     np.minimum.at(owner, corners, part[:, None])
     runs = 1 + np.count_nonzero(np.diff(owner))
-    return owner if runs <= MOST_RUNS * count else by_number
+    largest = np.bincount(owner, minlength=count).max() * count / n
+    return owner if runs <= MOST_RUNS * count and largest <= LARGEST else by_number
 
 
 def _runs(mask: np.ndarray) -> list[Run]:
