@@ -13,6 +13,7 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     duration: float = 0.08,
+    brake: float = 0.3,
     holder_force: float = 100.0,
     friction: float = 0.2,
     fabric: str = "carbon_interlock",
@@ -30,6 +31,7 @@ def build(
         blank_size: side of the blank [m].
         travel: punch travel [m].
         duration: of the stroke [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on the ply [-].
         fabric: name or file of a fabric.
@@ -37,7 +39,7 @@ def build(
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
         contact: "fast", or "exact" to search for every vertex at every step.
-        fast: soften the yarns for a longer time step; the summary says what that cost.
+        fast: a quarter of the time, by softer yarns; the summary says what they cost.
     """
     parameters = dict(locals())
     ply = Ply.rectangle(

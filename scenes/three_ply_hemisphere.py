@@ -22,6 +22,7 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     duration: float = 0.08,
+    brake: float = 0.3,
     holder_force: float = 100.0,
     friction: float = 0.2,
     ply_friction: float = 0.3,
@@ -40,6 +41,7 @@ def build(
         blank_size: side of the blanks [m].
         travel: punch travel [m].
         duration: of the stroke [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: Coulomb coefficient between plies [-].
@@ -48,7 +50,7 @@ def build(
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
         contact: "fast", or "exact" to search for every vertex at every step.
-        fast: soften the yarns for a longer time step; the summary says what that cost.
+        fast: a quarter of the time, by softer yarns; the summary says what they cost.
     """
     parameters = dict(locals())
     plies = [

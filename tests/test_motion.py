@@ -15,9 +15,11 @@ def speeds(displacement, start, end, n=20001):
     return time, x, v
 
 
-@pytest.mark.parametrize("ramp", [0.05, 0.3, 0.5])
-def test_stroke_is_smooth_in_velocity_and_acceleration(ramp):
-    stroke = Stroke(travel=(0.0, 0.03, -0.04), duration=0.08, start=0.01, ramp=ramp)
+@pytest.mark.parametrize(
+    ("ramp", "brake"), [(0.05, None), (0.3, None), (0.5, None), (0.15, 0.85), (0.2, 0.6)]
+)
+def test_stroke_is_smooth_in_velocity_and_acceleration(ramp, brake):
+    stroke = Stroke(travel=(0.0, 0.03, -0.04), duration=0.08, start=0.01, ramp=ramp, brake=brake)
     time, x, v = speeds(stroke.displacement, 0.0, 0.1)
     np.testing.assert_allclose(x[time <= 0.01], 0.0, atol=1e-18)
     np.testing.assert_allclose(
@@ -25,7 +27,7 @@ def test_stroke_is_smooth_in_velocity_and_acceleration(ramp):
     )
     assert (np.diff(x[:, 1]) >= -1e-17).all()
     assert v.max() == pytest.approx(stroke.peak_speed, rel=1e-6)
-    assert stroke.peak_speed == pytest.approx(0.05 / 0.08 / (1 - ramp))
+    assert stroke.peak_speed == pytest.approx(0.05 / 0.08 / (1 - 0.5 * (ramp + (brake or ramp))))
     # 3r² − 2r³ is steepest in the middle of the ramp, 1.5 times its mean; and has no corner.
     a = np.diff(v) / (time[1] - time[0])
     steepest = 1.5 * stroke.peak_speed / (ramp * 0.08)
@@ -38,8 +40,8 @@ def test_stroke_is_smooth_in_velocity_and_acceleration(ramp):
 def test_ramp_is_symmetric_and_exact_at_its_ends():
     u = np.linspace(-0.5, 1.5, 401)
     for ramp in (0.1, 0.3, 0.5):
-        w = smooth_ramp(u, ramp)
-        np.testing.assert_allclose(w + smooth_ramp(1 - u, ramp), 1.0, atol=1e-15)
+        w = smooth_ramp(u, ramp, ramp)
+        np.testing.assert_allclose(w + smooth_ramp(1 - u, ramp, ramp), 1.0, atol=1e-15)
         assert w[0] == 0.0 and w[-1] == pytest.approx(1.0, abs=1e-15)
 
 
@@ -85,6 +87,8 @@ def test_force_of_a_floating_tool_rises_smoothly():
         (lambda: Stroke(travel=(0.0, 0.0, 1.0), duration=0.0), "stroke duration = 0.0"),
         (lambda: Stroke(travel=(0.0, 0.0, 1.0), duration=1.0, ramp=0.6), "ramp = 0.6"),
         (lambda: Stroke(travel=(0.0, 0.0, 1.0), duration=1.0, start=-1.0), "start = -1.0"),
+        (lambda: Stroke(travel=(0.0, 0.0, 1.0), duration=1.0, brake=0.8), "brake = 0.8 must not"),
+        (lambda: Stroke(travel=(0.0, 0.0, 1.0), duration=1.0, ramp=0.1, brake=-0.1), "brake"),
         (lambda: Path(times=[0.0, 0.0], positions=np.zeros((2, 3))), "times must rise"),
         (lambda: Path(times=[0.0, 1.0], positions=np.zeros((3, 3))), "n ≥ 2"),
         (lambda: Path(times=[0.0, 1.0], positions=[[0, 0, 0], [0, 0, np.inf]]), "finite"),

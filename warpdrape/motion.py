@@ -21,22 +21,26 @@ def vector(name: str, value: Sequence[float]) -> np.ndarray:
     return array
 
 
-def smooth_ramp(u: np.ndarray, ramp: float) -> np.ndarray:
-    """Rise from 0 to 1 over u in 0…1, the speed ramping up and down over a share of it each.
+def smooth_ramp(u: np.ndarray, ramp: float, brake: float) -> np.ndarray:
+    """Rise from 0 to 1 over u in 0…1, the speed growing over the first share of it, falling last.
 
     The speed follows 3r² − 2r³ within a ramp, so velocity has no jump and no corner; its peak is
-    1/(1 − ramp) of the mean.
+    1/(1 − ½ ramp − ½ brake) of the mean.
+
+    Args:
+        u: time over the duration [-].
+        ramp: share in which the speed rises [-].
+        brake: share in which it falls [-].
     """
     u = np.clip(np.asarray(u, dtype=float), 0.0, 1.0)
 
-    def start(w: np.ndarray) -> np.ndarray:
-        r = np.minimum(w / ramp, 1.0)
-        return ramp * (r**3 - 0.5 * r**4) + np.maximum(w - ramp, 0.0)
+    def gone(w: np.ndarray, share: float) -> np.ndarray:
+        r = np.minimum(w / share, 1.0)
+        return share * (r**3 - 0.5 * r**4) + np.maximum(w - share, 0.0)
 
-    half = np.minimum(u, 0.5), np.maximum(u - 0.5, 0.0)
-    total = 2.0 * start(np.array(0.5))
-    late = start(np.array(0.5)) - start(0.5 - half[1])
-    return (start(half[0]) + late) / total
+    total = 1.0 - 0.5 * (ramp + brake)
+    early = u <= 0.5 * (1.0 + ramp - brake)
+    return np.where(early, gone(u, ramp), total - gone(1.0 - u, brake)) / total
 
 
 @dataclass(frozen=True)
@@ -61,30 +65,44 @@ class Stroke:
         travel: displacement from start to end [m], shape [3].
         duration: time it takes [s].
         start: when it begins [s].
-        ramp: share of the duration in which the speed rises, and falls, 0…0.5 [-].
+        ramp: share of the duration in which the speed rises [-].
+        brake: share in which it falls, with ``ramp`` at most 1 [-]; None takes ``ramp``.
     """
 
     travel: Sequence[float]
     duration: float
     start: float = 0.0
     ramp: float = 0.3
+    brake: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", vector("travel", self.travel))
         positive("stroke duration", self.duration, unit="s")
         positive("stroke start", self.start, unit="s", zero=True)
-        if not 0.0 < finite("stroke ramp", self.ramp) <= 0.5:
+        if self.brake is None and not 0.0 < finite("stroke ramp", self.ramp) <= 0.5:
             raise InputError(f"stroke ramp = {self.ramp} must lie above 0 and not above 0.5")
+        falling = positive("stroke brake", self.falling)
+        if positive("stroke ramp", self.ramp) + falling > 1.0 + 1e-12:
+            raise InputError(
+                f"stroke ramp = {self.ramp} and brake = {self.brake} must not exceed 1 together: "
+                "they are shares of the duration"
+            )
+
+    @property
+    def falling(self) -> float:
+        """Share of the duration in which the speed falls [-]."""
+        return self.ramp if self.brake is None else self.brake
 
     def displacement(self, time: np.ndarray) -> np.ndarray:
         """Displacement [m] at times [s], shape [..., 3]."""
         u = (np.asarray(time, dtype=float) - self.start) / self.duration
-        return smooth_ramp(u, self.ramp)[..., None] * self.travel
+        return smooth_ramp(u, self.ramp, self.falling)[..., None] * self.travel
 
     @property
     def peak_speed(self) -> float:
         """Largest speed [m/s]."""
-        return float(np.linalg.norm(self.travel)) / (self.duration * (1.0 - self.ramp))
+        share = 1.0 - 0.5 * (self.ramp + self.falling)
+        return float(np.linalg.norm(self.travel)) / (self.duration * share)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,7 +179,7 @@ class Float:
         """Force [N] at times [s]."""
         if self.ramp == 0.0:
             return np.full(np.shape(time), self.force)
-        return self.force * smooth_ramp(np.asarray(time) / self.ramp, 0.5)
+        return self.force * smooth_ramp(np.asarray(time) / self.ramp, 0.5, 0.5)
 
     @property
     def peak_speed(self) -> float:
