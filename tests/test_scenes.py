@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from contact_oracle import heights
+from contact_oracle import heights, nearest_on_triangles
 
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
 
@@ -23,11 +23,37 @@ def assert_nothing_passed_through(scene, result, slack):
             assert np.nanmin(height[close], initial=1.0) > 0.5 * THICKNESS - slack
     for low, high in zip(result.plies, result.plies[1:], strict=False):
         above = heights(high.points, low.points[low.triangles])
-        below = heights(low.points, high.points[high.triangles])
+        below = -heights(low.points, high.points[high.triangles])
         close = np.abs(above) < 4.0 * THICKNESS, np.abs(below) < 4.0 * THICKNESS
         assert np.isfinite(above).sum() > 0.5 * len(above)
+        # Chords cut off the arcs of a bent ply: on its hollow side a vertex may pass a chord, never
+        # the arc; here the upper plies, on the domed side, pass no chord either.
+        assert (above + highest_arcs(high.points, low, -1.0))[close[0]].min() > 0.0
+        assert (below + highest_arcs(low.points, high, 1.0))[close[1]].min() > 0.0
         assert above[close[0]].min() > 0.0
-        assert below[close[1]].max() < 0.0
+
+
+def highest_arcs(points, ply, sign):
+    """Highest arc [m] over the edges about the facet nearest to each point.
+
+    An arc is ⅛ of its edge's length times the turn of the vertex normals along it; ``sign`` is +1
+    for arcs above the ply, −1 for those below.
+    """
+    corners = ply.points[ply.triangles]
+    _, facet, _ = nearest_on_triangles(points, corners)
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(ply.points)
+    for k in range(3):
+        np.add.at(normals, ply.triangles[:, k], area)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    highest = np.zeros(len(ply.points))
+    for k in range(3):
+        i, j = ply.triangles[:, k], ply.triangles[:, (k + 1) % 3]
+        along = ply.points[i] - ply.points[j]
+        arc = sign * 0.125 * (along * (normals[i] - normals[j])).sum(axis=1)
+        np.maximum.at(highest, i, arc)
+        np.maximum.at(highest, j, arc)
+    return highest[ply.triangles[facet]].max(axis=1)
 
 
 def assert_sound(result):
