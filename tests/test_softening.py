@@ -104,9 +104,12 @@ def test_a_run_states_the_strain_it_owes_and_warns():
 
 
 def test_a_fast_coarse_hemisphere_is_near_the_accurate_one():
-    """At its full duration: in 30 ms, where inertia carries 10 %, the two differ by 0.6°."""
+    """At its full duration: in 30 ms, where inertia carries 10 %, the two differ by 0.6°.
+
+    With 14 cells they differ by 0.26°, with 10 by 0.53°, with the usual 20 by 0.12°.
+    """
     accurate, fast = (
-        hemisphere.build(cells=10, fast=fast).run(frames=10).summary
+        hemisphere.build(cells=14, fast=fast).run(frames=10).summary
         for fast in (False, True)
     )
     assert fast["status"] == "completed"
