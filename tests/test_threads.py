@@ -207,19 +207,28 @@ def pace_of(alone, together, blocks):
 
 def test_threads_are_used_while_they_pay():
     chosen = pace_of(lambda _: 1.0, lambda _: 0.55, 300)
-    assert sum(chosen) == 297 and not chosen[0] and chosen[1]
+    assert sum(chosen) >= 285 and not chosen[0]
 
 
 def test_threads_that_do_not_pay_are_tried_rarely():
     chosen = pace_of(lambda _: 1.0, lambda _: 1.3, 300)
-    assert sum(chosen) == 3 * crew.TRIAL
+    spent = sum(1.3 if together else 1.0 for together in chosen)
+    assert spent < 1.03 * 300
+    chosen = pace_of(lambda _: 1.0, lambda _: 5.0, 300)
+    assert sum(chosen) <= 10
+
+
+def test_a_slow_first_block_does_not_count():
+    chosen = pace_of(lambda block: 9.0 if block == 0 else 1.0, lambda _: 2.0, 60)
+    assert sum(chosen) <= 6
 
 
 def test_threads_are_left_soon_after_a_core_is_taken_and_taken_up_again():
-    chosen = pace_of(lambda _: 1.0, lambda block: 3.0 if 50 <= block < 160 else 0.55, 300)
-    assert all(chosen[1:50])
-    assert sum(chosen[50:160]) <= 3 * crew.TRIAL
-    assert all(chosen[-30:])
+    taken = range(50, 160)
+    chosen = pace_of(lambda _: 1.0, lambda block: 3.0 if block in taken else 0.55, 500)
+    assert sum(chosen[20:50]) >= 29
+    assert sum(chosen[50:160]) <= 8
+    assert sum(chosen[-100:]) >= 95
 
 
 def test_threads_by_default_are_for_large_models(monkeypatch):

@@ -11,6 +11,7 @@ import ctypes
 import math
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from queue import SimpleQueue
@@ -22,12 +23,13 @@ from warpdrape.kernels.parts import LINE, await_parts
 
 SPINS = 1000
 """Looks at a counter before the core is offered to others at each: some 20 µs."""
-TRIAL = 2
-"""Blocks that are tried with threads, of which the faster counts."""
-ROUND = 100
-"""Blocks after which both ways are timed anew."""
-SLOW = 2
-"""Blocks in a row, slower than one thread was, after which both ways are timed anew."""
+RECENT = 4
+"""Blocks of each way over whose times a mean is taken."""
+GAIN = 0.95
+"""Time with threads over the time with one from which threads are worth their cores [-]."""
+TRIES = ((1.2, 8), (1.5, 24), (math.inf, 60))
+"""Up to which ratio of the two ways' times the slower one is tried again after how many blocks: an
+even choice costs little to check, and a clear one rarely changes."""
 LEAST_TRIANGLES = 5000
 """Triangles that each thread has at least, by default: below, waiting eats what it gains."""
 MOST_THREADS = 8
@@ -130,31 +132,28 @@ class Pace:
     """Chooses block by block, by the clock, between threads and one part after another."""
 
     def __init__(self) -> None:
-        """Begin with a round of trials."""
-        self._begin_round()
-
-    def _begin_round(self) -> None:
-        self._block, self._slow = 0, 0
-        self._alone = self._together = math.inf
-
-    @property
-    def together(self) -> bool:
-        """Whether the next block is for threads."""
-        if self._block <= TRIAL:
-            return self._block > 0
-        return self._together < self._alone
+        """Begin with one block alone that does not count, as it is the first to touch memory."""
+        self.together = False
+        self._warm = False
+        self._recent = {way: deque(maxlen=RECENT) for way in (False, True)}
+        self._since = 0
 
     def took(self, seconds: float) -> None:
-        """Note the wall time of the block that has just been done."""
-        if self._block == 0:
-            self._alone = seconds
-        elif self._block <= TRIAL:
-            self._together = min(self._together, seconds)
-        elif self.together:
-            self._slow = self._slow + 1 if seconds > self._alone else 0
-        self._block += 1
-        if self._block >= ROUND or self._slow >= SLOW:
-            self._begin_round()
+        """Note the wall time of the block just done, and choose for the next one."""
+        if not self._warm:
+            self._warm = True
+            return
+        self._recent[self.together].append(seconds)
+        alone, threads = self._recent[False], self._recent[True]
+        if min(len(alone), len(threads)) < RECENT:
+            self.together = len(threads) < len(alone)
+            return
+        times = {way: math.fsum(recent) for way, recent in self._recent.items()}
+        best = times[True] < GAIN * times[False]
+        ratio = times[not best] / max(times[best], 1e-12)
+        self._since = self._since + 1 if self.together == best else 0
+        wait = next(blocks for limit, blocks in TRIES if ratio < limit or limit == math.inf)
+        self.together = best if self._since < wait else not best
 
 
 def choose_threads(threads: int | None, device: str, triangles: int) -> int:
