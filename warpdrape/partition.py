@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ MOST_RUNS = 8
 """Runs of consecutive vertices that a part of a ply may have, each a launch more. Where more would
 be needed for vertices to lie beside their elements, a ply is cut by vertex number alone."""
 
+SHORT = 16
+"""A run goes to the part of the one before it where it has less than one in so many of a part."""
 LARGEST = 1.15
 """Vertices of a part over the mean beyond which a ply is cut so too [-]."""
 
@@ -139,9 +142,18 @@ def _vertex_owners(model: Model, membrane: Membrane, count: int) -> np.ndarray:
     owner = np.full(n, count)
     corners = membrane.triangles.numpy() - membrane.first_vertex
     np.minimum.at(owner, corners, part[:, None])
-    runs = 1 + np.count_nonzero(np.diff(owner))
+    for run in _runs_alike(owner):
+        if run.count * SHORT < n / count and run.first > 0:  # a ragged end: not worth a launch
+            owner[run.first : sum(run)] = owner[run.first - 1]
+    runs = len(_runs_alike(owner))
     largest = np.bincount(owner, minlength=count).max() * count / n
     return owner if runs <= MOST_RUNS * count and largest <= LARGEST else by_number
+
+
+def _runs_alike(values: np.ndarray) -> list[Run]:
+    """Runs of equal values."""
+    edges = np.flatnonzero(np.r_[True, np.diff(values) != 0, True])
+    return [Run(int(a), int(b - a)) for a, b in pairwise(edges)]
 
 
 def _runs(mask: np.ndarray) -> list[Run]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import warp as wp
@@ -14,6 +15,8 @@ from warpdrape.model import Model, State
 from warpdrape.motion import Float
 from warpdrape.partition import Part, split
 
+FEW_STEPS = range(6, 13)
+"""Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
 Section = Callable[[Part, Sequence[Part]], None]
 """Launches that a part can make, given all parts, while the others are in the same section."""
 
@@ -27,24 +30,27 @@ def search_contacts(model: Model, state: State) -> None:
 
 def step(whole: Part) -> None:
     """Advance everything by one step, for a part that is the whole."""
-    _scatter(whole, [whole])
-    _move(whole, [whole])
-    _end_step(whole, [whole])
+    for section in step_sections(1):
+        section(whole, [whole])
 
 
-def block_sections(model: Model) -> list[Section]:
-    """All of a block after the refit; a part may go on when all others have come as far.
+def search_sections() -> list[Section]:
+    """What of a search comes after the refit; a part goes on when all others have come as far."""
+    return [_gather_normals, _measure_hollows, _gather_hollows, _find]
+
+
+def step_sections(count: int) -> list[Section]:
+    """So many steps, likewise.
 
     Part 0 moves the tools while the others scatter: nothing there depends on tools.
     """
-    ends = [_end_step_and_scatter] * (model.timing.search_every - 1) + [_end_block]
-    steps = [section for end in ends for section in (_move, end)]
-    looks = [_gather_normals, _measure_hollows, _gather_hollows] if model.ply_pairs else []
-    return [*looks, _find_and_scatter, *steps]
+    ends = [_end_step_and_scatter] * (count - 1) + [_end_steps]
+    return [_scatter, *(section for end in ends for section in (_move, end))]
 
 
 def _gather_normals(part: Part, parts: Sequence[Part]) -> None:
-    launches.gather(part, parts, "normals")
+    if part.model.ply_pairs:
+        launches.gather(part, parts, "normals")
 
 
 def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
@@ -52,13 +58,13 @@ def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
 
 
 def _gather_hollows(part: Part, parts: Sequence[Part]) -> None:
-    launches.gather_hollows(part, parts)
+    if part.model.ply_pairs:
+        launches.gather_hollows(part, parts)
 
 
-def _find_and_scatter(part: Part, parts: Sequence[Part]) -> None:
+def _find(part: Part, _: Sequence[Part]) -> None:
     launches.find_plies(part)
     launches.search_tools(part)
-    _scatter(part, parts)
 
 
 def _scatter(part: Part, _: Sequence[Part]) -> None:
@@ -83,10 +89,15 @@ def _end_step(part: Part, parts: Sequence[Part]) -> None:
         launches.end_step(part.model, part.moving)
 
 
-def _end_block(part: Part, parts: Sequence[Part]) -> None:
+def _end_steps(part: Part, parts: Sequence[Part]) -> None:
     _end_step(part, parts)
     if part.number == 0:
         launches.gather_extremes(parts)
+
+
+def steps_per_graph(steps: int) -> int:
+    """Steps of a block that one graph holds: few are captured fast, and most of them replayed."""
+    return min(FEW_STEPS, key=lambda few: (steps % few, -few)) if steps > FEW_STEPS[-1] else steps
 
 
 class _Job:
@@ -105,26 +116,40 @@ class _Job:
             barrier: where to wait for the others; None if there are none.
         """
         self._own, self._parts, self._barrier = own, parts, barrier
-        self._replays = [self._prepare, self._launch_sections]
+        every = own[0].model.timing.search_every
+        few = steps_per_graph(every)
+        self._times, rest = divmod(every, few)
+        self._prepare: Callable[[], None] = self._launch_preparation
+        self._search = partial(self._launch, search_sections())
+        self._few = partial(self._launch, step_sections(few))
+        self._rest = partial(self._launch, step_sections(rest)) if rest else None
 
     def capture(self) -> None:
         """Replay from now on what the launches of now record."""
-        self._replays = [_captured(run, self._own[0].model.device) for run in self._replays]
+        device = self._own[0].model.device
+        self._prepare, self._search, self._few = (
+            _captured(run, device) for run in (self._prepare, self._search, self._few)
+        )
+        if self._rest is not None:
+            self._rest = _captured(self._rest, device)
 
     def run(self) -> None:
         """Do the block."""
-        prepare, rest = self._replays
-        prepare()
+        self._prepare()
         for part in self._own:
             launches.refit_plies(part)
-        rest()
+        self._search()
+        for _ in range(self._times):
+            self._few()
+        if self._rest is not None:
+            self._rest()
 
-    def _prepare(self) -> None:
+    def _launch_preparation(self) -> None:
         for part in self._own:
             launches.prepare_ply_search(part)
 
-    def _launch_sections(self) -> None:
-        for section in block_sections(self._own[0].model):
+    def _launch(self, sections: Sequence[Section]) -> None:
+        for section in sections:
             if self._barrier is not None:
                 self._barrier.launch(self._own[0].number)
             for part in self._own:
