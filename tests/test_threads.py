@@ -67,9 +67,24 @@ def test_waiting_without_spinning_gives_the_same(monkeypatch):
     assert_same_bits(spun, state_after(2, True)[0])
 
 
-def test_eager_parts_are_captured_parts():
-    eager = small_press(numerics=Numerics(graph=False))
-    assert_same_bits(state_after(2, True)[0], state_after(2, True, eager)[0])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_eager_parts_are_captured_parts(threads):
+    slide = 3e-4  # 19 steps to a search: two times a graph of nine, and one of the step left over
+    eager, captured = (
+        small_press(numerics=Numerics(graph=graph, search_slide=slide)) for graph in (False, True)
+    )
+    every = build_model(eager, "cpu", frames=1).timing.search_every
+    few = stepping.steps_per_graph(every)
+    assert every >= 2 * few and every % few > 0
+    one, other = (state_after(threads, True, scene, 12)[0] for scene in (eager, captured))
+    assert np.abs(one["ply_stored"]).max() > 0.0
+    assert_same_bits(one, other)
+
+
+def test_a_graph_holds_few_steps():
+    for steps in range(1, 257):
+        few = stepping.steps_per_graph(steps)
+        assert few == steps if steps <= 12 else 6 <= few <= 12
 
 
 @pytest.mark.parametrize("threads", [2, 3, 5])
