@@ -22,7 +22,7 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     duration: float = 0.08,
-    brake: float = 0.3,
+    brake: float = 0.85,
     holder_force: float = 100.0,
     friction: float = 0.2,
     ply_friction: float = 0.3,
@@ -41,7 +41,8 @@ def build(
         blank_size: side of the blanks [m].
         travel: punch travel [m].
         duration: of the stroke [s].
-        brake: share of the stroke in which the punch slows down, below 1 [-].
+        brake: share of the stroke in which the punch slows down, below 1 [-]; much of it, as plies
+            that inertia carries too far on each other stay there.
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: Coulomb coefficient between plies [-].
