@@ -5,8 +5,8 @@ import warp as wp
 
 from warpdrape.flat_mesh import FlatMesh
 from warpdrape.membrane import build_membrane
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply
-from warpdrape.scene import Numerics
 
 SIZE = 5e-3
 """Triangle size [m], that of a forming mesh."""

@@ -11,8 +11,9 @@ from warpdrape.flat_mesh import FlatMesh
 from warpdrape.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.model import build_model, initial_state
 from warpdrape.motion import Float, Path, Stroke
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply, lay_up, stack_top
-from warpdrape.scene import Clamp, Numerics, Scene
+from warpdrape.scene import Clamp, Scene
 from warpdrape.stepping import Stepper
 from warpdrape.time_step import lump_masses
 from warpdrape.tool import Tool

@@ -12,9 +12,10 @@ from warpdrape import time_step
 from warpdrape.errors import InputError
 from warpdrape.laws import LinearTension, ShearPolynomial
 from warpdrape.motion import Stroke
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply, lay_up, stack_top
 from warpdrape.profile import Surface
-from warpdrape.scene import Clamp, Numerics, Scene
+from warpdrape.scene import Clamp, Scene
 from warpdrape.scenes import hemisphere, press
 from warpdrape.tool import Tool
 

@@ -9,8 +9,9 @@ from law_checks import fabric
 from warpdrape.laws import LinearTension, ShearPolynomial
 from warpdrape.model import build_model, initial_state
 from warpdrape.motion import Path
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply, lay_up
-from warpdrape.scene import Clamp, Numerics, Scene
+from warpdrape.scene import Clamp, Scene
 from warpdrape.stepping import Stepper
 from warpdrape.tool import Tool
 

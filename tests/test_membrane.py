@@ -24,10 +24,10 @@ from warpdrape.law_curves import sample_tensions
 from warpdrape.law_data import membrane_functions
 from warpdrape.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
 from warpdrape.membrane import stabiliser_stiffness
+from warpdrape.numerics import Numerics
 from warpdrape.pairing import pair_triangles
 from warpdrape.ply import Ply
 from warpdrape.result import yarn_state
-from warpdrape.scene import Numerics
 
 STIFF = LinearTension(46e3, 48e3)
 SOFT = LinearTension(1.0, 1.2)  # so that shear is not lost beside the yarns

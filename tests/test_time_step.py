@@ -10,8 +10,9 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from warpdrape.errors import InputError
 from warpdrape.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.membrane import build_membrane, triangle_frequencies
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply
-from warpdrape.scene import Numerics, Scene
+from warpdrape.scene import Scene
 from warpdrape.time_step import lump_masses
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)), factor=1.0)

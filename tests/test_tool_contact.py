@@ -7,8 +7,9 @@ from law_checks import fabric
 
 from warpdrape.laws import LinearTension
 from warpdrape.model import build_model, initial_state
+from warpdrape.numerics import Numerics
 from warpdrape.ply import Ply
-from warpdrape.scene import Numerics, Scene
+from warpdrape.scene import Scene
 from warpdrape.stepping import Stepper, search_contacts
 from warpdrape.tool import Tool
 

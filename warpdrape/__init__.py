@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.fabric import Fabric
     from warpdrape.motion import Float, Path, Still, Stroke
+    from warpdrape.numerics import Numerics
     from warpdrape.ply import Ply, lay_up, stack_top
     from warpdrape.result import Result
-    from warpdrape.scene import Clamp, Numerics, Scene
+    from warpdrape.scene import Clamp, Scene
     from warpdrape.tool import Tool
 
 __all__ = [
@@ -43,7 +44,7 @@ _HOME = {
     "Fabric": "fabric",
     "Float": "motion",
     "InputError": "errors",
-    "Numerics": "scene",
+    "Numerics": "numerics",
     "Path": "motion",
     "Ply": "ply",
     "Result": "result",

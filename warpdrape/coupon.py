@@ -14,9 +14,9 @@ from warpdrape.fabric import Fabric
 from warpdrape.flat_mesh import FlatMesh
 from warpdrape.meshing import mesh_outline
 from warpdrape.motion import Stroke
+from warpdrape.numerics import Numerics
 from warpdrape.outlines import Rectangle
 from warpdrape.run_folder import COUPON, COUPON_PLOT, RunFolder
-from warpdrape.scene import Numerics
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -24,9 +24,9 @@ from warpdrape.law_data import (
     tension_struct,
 )
 from warpdrape.laws import IsotropicMembrane
+from warpdrape.numerics import Numerics
 from warpdrape.pairing import pair_triangles
 from warpdrape.ply import Ply
-from warpdrape.scene import Numerics
 from warpdrape.softening import soften
 from warpdrape.triangles import highest_frequency_squared, yarn_gradients
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from warpdrape.errors import InputError
 from warpdrape.membrane import flat_gradients, triangle_frequencies
-from warpdrape.scene import Numerics, Scene
+from warpdrape.numerics import Numerics
+from warpdrape.scene import Scene
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
 from warpdrape.laws import LinearTension, ShearPolynomial
-from warpdrape.scene import Numerics
+from warpdrape.numerics import Numerics
 
 CELL = 1e-3
 """Unit cell of the strip's fabric, both ways [m]."""

@@ -1,0 +1,69 @@
+"""How a run is computed: what a user may tune, and its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from warpdrape.errors import InputError, finite, one_of, positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numerics:
+    """How a run is computed; the defaults suit forming.
+
+    Attributes:
+        averaging: "pairs" shares yarn strains between two triangles; "plain" does not.
+        stabiliser: κ of the pair's stabiliser, in units of the initial shear stiffness [-].
+        stabiliser_floor: least stabiliser, as a share of the yarn stiffness [-].
+        damping: mass-proportional damping rate [1/s].
+        contact_share: penalty stiffness over m/Δt² [-].
+        contact_damping: damping of the contacts over their critical one [-].
+        search_slide: sliding at tool speed between two contact searches [m].
+        contact: "fast" searches every few steps and only where things have moved; "exact" asks for
+            every vertex at every step, many times slower, to check the other against.
+        time_step: Δt [s]; None takes ``safety`` times the stable one.
+        safety: Δt over the stable step [-].
+        minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
+        yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
+        graph: replay captured launches (the same results, faster).
+    """
+
+    averaging: str = "pairs"
+    stabiliser: float = 1.0
+    stabiliser_floor: float = 2e-6
+    damping: float = 0.0
+    contact_share: float = 0.04
+    contact_damping: float = 0.3
+    search_slide: float = 4e-5
+    contact: str = "fast"
+    time_step: float | None = None
+    safety: float = 0.9
+    minimum_time_step: float | None = None
+    yarn_softening: float = 1.0
+    graph: bool = True
+
+    def __post_init__(self) -> None:
+        one_of("averaging", self.averaging, ("pairs", "plain"))
+        one_of("contact", self.contact, ("fast", "exact"))
+        positive("stabiliser", self.stabiliser, zero=True)
+        positive("stabiliser_floor", self.stabiliser_floor, zero=True)
+        positive("damping", self.damping, unit="1/s", zero=True)
+        if positive("contact_damping", self.contact_damping, zero=True) > 1.0:
+            raise InputError(
+                f"contact_damping = {self.contact_damping} must not exceed 1, critical"
+            )
+        positive("search_slide", self.search_slide, unit="m")
+        if not 0.0 < positive("contact_share", self.contact_share) <= 0.2:
+            raise InputError(
+                f"contact_share = {self.contact_share} must not exceed 0.2: it is the "
+                "penalty stiffness over m/Δt², and contacts of one vertex add up"
+            )
+        if not 0.0 < positive("safety", self.safety) <= 1.0:
+            raise InputError(f"safety = {self.safety} must lie in 0 … 1")
+        if not 1.0 <= finite("yarn_softening", self.yarn_softening):
+            raise InputError(
+                f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
+            )
+        for name in ("time_step", "minimum_time_step"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name), unit="s")
