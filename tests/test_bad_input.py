@@ -13,8 +13,8 @@ from pxr import Usd
 import warpdrape as wd
 from warpdrape import cli
 from warpdrape.laws import LinearTension
-from warpdrape.model import choose_step
 from warpdrape.scenes import hemisphere
+from warpdrape.time_step import choose_step
 
 SMALL = {"cells": 6, "duration": 0.005}
 
@@ -266,7 +266,7 @@ def test_a_run_that_blows_up(factor, tmp_path, capsys, monkeypatch):
     def unstable(scene, stable):
         return factor * choose_step(scene, stable)
 
-    monkeypatch.setattr("warpdrape.model.choose_step", unstable)
+    monkeypatch.setattr("warpdrape.timing.choose_step", unstable)
     settings = [f"--set={name}={value}" for name, value in SMALL.items()]
     argv = ["run", "hemisphere", *settings, "--out", str(tmp_path), "--frames", "10", "--quiet"]
     assert cli.main(argv) == 1

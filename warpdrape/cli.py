@@ -147,10 +147,9 @@ def _run(arguments: argparse.Namespace) -> int:
         threads = _whole("--threads", arguments.threads, least=1)
     script = find_script(arguments.scene)
     script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
-    from warpdrape.model import check_device
     from warpdrape.run_folder import RunFolder
     from warpdrape.summary_text import summary_text
-    from warpdrape.warp_start import kernels_are_compiled, start_warp
+    from warpdrape.warp_start import check_device, kernels_are_compiled, start_warp
 
     folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
     RunFolder(folder, arguments.overwrite)
@@ -241,7 +240,7 @@ def _info(_: argparse.Namespace) -> int:
 
     import warp as wp
 
-    from warpdrape.summary import versions
+    from warpdrape.run_record import versions
     from warpdrape.warp_start import start_warp
 
     start_warp()

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warpdrape.errors import InputError
 from warpdrape.kernels.contact import ContactLaw
 from warpdrape.kernels.motion import FloatingTools, Medium
 from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
@@ -20,20 +19,17 @@ from warpdrape.kernels.tool_contact import (
     ToolSurfaces,
 )
 from warpdrape.membrane import Membrane, build_membrane
-from warpdrape.motion import Float
 from warpdrape.scene import Scene
-from warpdrape.time_step import LumpedMass, choose_step, lump_masses
-from warpdrape.tool import Tool
+from warpdrape.time_step import LumpedMass, lump_masses
+from warpdrape.timing import Timing, peak_speed, plan_steps
+from warpdrape.tool_arrays import floating_tools, tool_surfaces
+from warpdrape.triangles import open_edge_bits
 
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
-SLOWEST_TOOL = 0.1
-"""Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
-SLOWEST = 1.0
-"""Speed [m/s] that contact searches allow for when no tool moves."""
 RUNAWAY = 100.0
 """Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
 
@@ -53,30 +49,6 @@ class PlyPair:
     searched: int
     first_slot: int
     faces: PlyFaces
-
-
-@dataclass(frozen=True, eq=False)
-class Timing:
-    """Steps of a run.
-
-    Attributes:
-        time_step: Δt [s].
-        stable_step: largest stable step [s].
-        search_every: steps between two contact searches.
-        frames: frames after the first.
-        steps_per_frame: a multiple of ``search_every``.
-    """
-
-    time_step: float
-    stable_step: float
-    search_every: int
-    frames: int
-    steps_per_frame: int
-
-    @property
-    def steps(self) -> int:
-        """Steps in all."""
-        return self.frames * self.steps_per_frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +150,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         InputError: if the scene asks for a step above the stable one.
     """
     masses = lump_masses(scene)
-    timing = _timing(scene, choose_step(scene, masses.stable_step), masses.stable_step, frames)
+    timing = plan_steps(scene, masses.stable_step, frames)
     rest = np.concatenate([ply.rest_points for ply in scene.plies])
     vertices = np.cumsum([0, *(len(ply.mesh.vertices) for ply in scene.plies)])
     triangles = np.cumsum([0, *(len(ply.mesh.triangles) for ply in scene.plies)])
@@ -197,7 +169,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         )
         for ply in scene.plies
     )
-    tool_meshes, surfaces = _tool_surfaces(scene, device)
+    tool_meshes, surfaces = tool_surfaces(scene, device)
     return Model(
         scene=scene,
         device=device,
@@ -218,35 +190,12 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
         surfaces=surfaces,
-        floating=_floating(scene, device),
+        floating=floating_tools(scene, device),
         ply_pairs=_ply_pairs(scene, query_meshes, vertices, triangles),
         contact=_contact_law(scene, timing),
         search=_tool_search(scene),
         medium=_medium(scene, timing),
     )
-
-
-def _peak_speed(scene: Scene) -> float:
-    moving = [thing.motion.peak_speed for thing in (*scene.tools, *scene.clamps)]
-    return max([*moving, SLOWEST_TOOL]) if any(moving) else SLOWEST
-
-
-def _timing(scene: Scene, step: float, stable: float, frames: int) -> Timing:
-    per_search = math.floor(scene.numerics.search_slide / (_peak_speed(scene) * step))
-    every = 1 if scene.numerics.contact == "exact" else min(max(per_search, 1), 256)
-    per_frame = every * math.ceil(scene.duration / (frames * every * step))
-    return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame)
-
-
-def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
-    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
-    triangles = np.asarray(triangles)
-    edges = np.stack([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]], 1)
-    key = np.sort(edges, axis=2).astype(np.int64)
-    key = key[..., 0] * (triangles.max() + 1) + key[..., 1]
-    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
-    single = (count[index] == 1).reshape(key.shape)
-    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
 
 
 def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
@@ -256,63 +205,6 @@ def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
         at = names.index(clamp.ply)
         index[first[at] + clamp.vertices(scene.plies[at].rest_points)] = number
     return index
-
-
-def _tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
-    meshes = tuple(
-        wp.Mesh(
-            wp.array(tool.vertices, dtype=wp.vec3f, device=device),
-            wp.array(np.ravel(tool.triangles), dtype=wp.int32, device=device),
-        )
-        for tool in scene.tools
-    )
-    facets = [len(tool.triangles) for tool in scene.tools]
-    corners = [tool.vertices[tool.triangles] for tool in scene.tools]
-    normals = [tool.surface.normals for tool in scene.tools]
-    friction = [scene.friction if t.friction is None else t.friction for t in scene.tools]
-    empty = [np.zeros((0, 3, 3))]
-    surfaces = ToolSurfaces()
-    surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
-    first = np.cumsum([0, *facets])[:-1]
-    surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
-    surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
-    surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
-    open_edges = [open_edge_bits(tool.triangles) for tool in scene.tools] or [np.zeros(0)]
-    surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
-    sag = [largest_sag(tool) for tool in scene.tools]
-    surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
-    exact = [tool.surface.exact for tool in scene.tools]
-    surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
-    surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
-    return meshes, surfaces
-
-
-def largest_sag(tool: Tool) -> float:
-    """Bound on the height of a tool's curved surface over its facets [m].
-
-    Over a facet it is Σ w_i w_j c_ij, with c = ½ (x_i − x_j)·(n_i − n_j) along each edge, and the
-    products of the weights add up to a third at most.
-    """
-    if not tool.surface.exact:
-        return 0.0
-    corners, normals = tool.vertices[tool.triangles], tool.surface.normals
-    turned = np.roll(corners, 1, axis=1) - corners, np.roll(normals, 1, axis=1) - normals
-    return float(np.abs((turned[0] * turned[1]).sum(axis=2)).max() / 6.0)
-
-
-def _floating(scene: Scene, device: str) -> FloatingTools:
-    floats = [isinstance(tool.motion, Float) for tool in scene.tools]
-    motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]
-    floating = FloatingTools()
-    floating.floats = wp.array(floats, dtype=wp.int32, device=device)
-    axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]
-    floating.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
-    floating.mass = wp.array(
-        [m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device
-    )
-    damping = [m.damping if m else 0.0 for m in motions]
-    floating.damping = wp.array(damping, dtype=wp.float64, device=device)
-    return floating
 
 
 def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
@@ -360,7 +252,7 @@ def _medium(scene: Scene, timing: Timing) -> Medium:
     medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
     medium.rate = scene.numerics.damping
     medium.time_step = timing.time_step
-    medium.speed_limit = max(RUNAWAY * _peak_speed(scene), 500.0)
+    medium.speed_limit = max(RUNAWAY * peak_speed(scene), 500.0)
     return medium
 
 
@@ -416,15 +308,3 @@ def _nothing_asked(slots: int, device: str) -> wp.array:
     queries = np.zeros(slots, dtype=ToolQuery.numpy_dtype())
     queries["distance"] = math.inf
     return wp.array(queries, dtype=ToolQuery, device=device)
-
-
-def check_device(device: str) -> str:
-    """Return a device that exists.
-
-    Raises:
-        InputError: if it does not, naming those that do.
-    """
-    known = [d.alias for d in wp.get_devices()]
-    if device not in known:
-        raise InputError(f"no device {device!r} here; there is: {', '.join(known)}")
-    return device

@@ -12,22 +12,19 @@ import numpy as np
 from warpdrape.crew import choose_threads
 from warpdrape.energy import Energies, balance, measure_membranes
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.model import Model, State, build_model, check_device, initial_state
+from warpdrape.history import history_row
+from warpdrape.model import Model, State, build_model, initial_state
 from warpdrape.phases import Profile
 from warpdrape.progress import Progress
 from warpdrape.result import FormedPly, Result, read_plies
 from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
+from warpdrape.run_record import run_record
 from warpdrape.scene import Scene
 from warpdrape.start_check import check_clamps, check_contacts, check_steps, check_tools
 from warpdrape.stepping import Stepper
-from warpdrape.summary import (
-    ENERGY_FAILURE,
-    ContactExtremes,
-    history_row,
-    run_record,
-    summarise,
-)
+from warpdrape.summary import ENERGY_FAILURE, ContactExtremes, summarise
 from warpdrape.usd import PlyShape, ToolShape, UsdWriter
+from warpdrape.warp_start import check_device
 
 
 def run_scene(

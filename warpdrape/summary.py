@@ -1,22 +1,17 @@
-"""The result for machines: rows of ``history.csv``, and ``summary.json``."""
+"""The result for machines, ``summary.json``: verdicts, warnings, and numbers per ply and tool."""
 
 from __future__ import annotations
 
 import dataclasses
-import platform
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from warpdrape.draw_in import draw_in
-from warpdrape.energy import Energies
 from warpdrape.model import Model, State
-from warpdrape.motion import Float, Path, Stroke
 from warpdrape.result import FormedPly
-from warpdrape.scene import Scene
 from warpdrape.softening import softening_entries, softening_warnings
-from warpdrape.tool import Tool
 
 ENERGY_WARNING = 0.02
 """Unbalanced share of the largest energy above which a run warns [-]."""
@@ -57,82 +52,6 @@ class ContactExtremes:
             state.ply_jump.numpy().copy(),
             state.ply_slip.numpy().copy(),
         )
-
-
-def tool_axis(tool: Tool) -> np.ndarray:
-    """Direction along which a tool's displacement and force are reported, shape [3]."""
-    if isinstance(tool.motion, Float):
-        return np.asarray(tool.motion.axis)
-    if isinstance(tool.motion, Stroke | Path):
-        ends = tool.motion.displacement(np.array([0.0, 1e9]))
-        travel = ends[1] - ends[0]
-        if np.linalg.norm(travel) > 0.0:
-            return travel / np.linalg.norm(travel)
-    return np.array([0.0, 0.0, 1.0])
-
-
-def history_row(
-    model: Model,
-    state: State,
-    time: float,
-    steps: int,
-    energies: Energies,
-    plies: Sequence[FormedPly],
-    before: Mapping[str, float] | None = None,
-) -> dict[str, float]:
-    """One row of ``history.csv``; forces are means over the frame.
-
-    Args:
-        model: the model.
-        state: its state, its impulses summed over ``steps``.
-        time: simulated time [s].
-        steps: steps since the row before.
-        energies: the balance now.
-        plies: the plies now.
-        before: the row before, None for the first.
-    """
-    row = {"time_s": time}
-    shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
-    for k, tool in enumerate(model.scene.tools):
-        axis = tool_axis(tool)
-        row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
-        row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
-    row.update(_clamp_entries(model, state, time, steps, before))
-    for ply in plies:
-        row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
-    row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
-    for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
-        row[f"{name}_j"] = getattr(energies, name)
-    for field in dataclasses.fields(energies):
-        row.setdefault(f"{field.name}_j", getattr(energies, field.name))
-    row["unbalanced_j"] = energies.unbalanced
-    return row
-
-
-def _clamp_entries(
-    model: Model, state: State, time: float, steps: int, before: Mapping[str, float] | None
-) -> dict[str, float]:
-    """Displacement, force (along ``follow``, or by work; and its components) and work of clamps."""
-    entries: dict[str, float] = {}
-    if not model.scene.clamps:
-        return entries
-    held, work = model.clamp.numpy(), state.clamp_work.numpy()
-    mean_force = state.clamp_force.numpy() / max(steps, 1)
-    for k, clamp in enumerate(model.scene.clamps):
-        name, done = clamp.name, float(work[held == k].sum())
-        follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)
-        moved = float(clamp.motion.displacement(np.array(time)) @ follow)
-        force = float(mean_force[k] @ follow)
-        if clamp.travel is not None:
-            moved = float(clamp.travel(np.array(time)))
-            step = moved - before[f"{name}_displacement_m"] if before else 0.0
-            force = (done - before[f"{name}_work_j"]) / step if step != 0.0 else 0.0
-        entries[f"{name}_displacement_m"] = moved
-        entries[f"{name}_force_n"] = force
-        for axis, component in zip("xyz", mean_force[k], strict=True):
-            entries[f"{name}_force_{axis}_n"] = float(component)
-        entries[f"{name}_work_j"] = done
-    return entries
 
 
 def energy_error(history: Mapping[str, np.ndarray]) -> float:
@@ -280,65 +199,3 @@ def _ply_entry(ply, formed: FormedPly) -> dict[str, Any]:
         "max_strain_weft": float(formed.strain[:, 1].max()),
         "draw_in_m": draw_in(ply, formed.points),
     }
-
-
-def run_record(scene: Scene, model: Model, frames: int, threads: int) -> dict[str, Any]:
-    """Everything of ``run.json``: what is needed to do it again."""
-    return {
-        "scene": scene.name,
-        "parameters": dict(scene.parameters),
-        "duration_s": scene.duration,
-        "frames": frames,
-        "friction": scene.friction,
-        "ply_friction": scene.ply_friction,
-        "gravity_m_s2": [float(g) for g in scene.gravity],
-        "numerics": dataclasses.asdict(scene.numerics),
-        "time_step_s": model.timing.time_step,
-        "search_every": model.timing.search_every,
-        "device": model.device,
-        "threads": threads,
-        "versions": versions(),
-        "plies": [
-            {
-                "name": ply.name,
-                "fabric": ply.fabric.name,
-                "warp_angle_deg": float(np.degrees(ply.warp_angle)),
-                "z_m": float(ply.z),
-                "vertices": len(ply.mesh.vertices),
-                "triangles": len(ply.mesh.triangles),
-            }
-            for ply in scene.plies
-        ],
-        "fabrics": {ply.fabric.name: plain(ply.fabric) for ply in scene.plies},
-        "tools": [
-            {"name": tool.name, "facets": len(tool.triangles), "motion": plain(tool.motion)}
-            for tool in scene.tools
-        ],
-    }
-
-
-def plain(value: Any) -> Any:
-    """Records as JSON takes them."""
-    if dataclasses.is_dataclass(value):
-        record = {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-        return {"type": type(value).__name__, **record}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    return value
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computes."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    found = {"python": platform.python_version()}
-    for name in ("warpdrape", "warp-lang", "numpy", "scipy", "trimesh", "usd-core", "rustworkx"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:  # a checkout that is only on the path
-            found[name] = "not installed"
-    return found

@@ -1,4 +1,4 @@
-"""Starting Warp from the command line: no noise on a machine without a GPU, a word on compiling."""
+"""Starting Warp: no noise on a machine without a GPU, a word on compiling, devices by name."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 import warp as wp
 
 from warpdrape import kernels  # sets Warp's log level
+from warpdrape.errors import InputError
 
 NO_GPU = b"Could not find or load the NVIDIA CUDA driver"
 """What Warp's native library says on standard error where there is no NVIDIA driver."""
@@ -27,6 +28,18 @@ def kernels_are_compiled() -> bool:
     """Whether the kernel cache holds kernels of ours, so that a run starts at once."""
     folder = wp.config.kernel_cache_dir
     return bool(folder) and any(Path(folder).glob(f"wp_{kernels.__name__}.*"))
+
+
+def check_device(device: str) -> str:
+    """Return a device that exists.
+
+    Raises:
+        InputError: if it does not, naming those that do.
+    """
+    known = [d.alias for d in wp.get_devices()]
+    if device not in known:
+        raise InputError(f"no device {device!r} here; there is: {', '.join(known)}")
+    return device
 
 
 @contextmanager
