@@ -3,7 +3,6 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
-from warpdrape.cli import run_script
 from warpdrape.closed_forms import bias_angle, bias_force, bias_travel, check_shear_angle
 from warpdrape.coupon import (
     Curve,
@@ -87,4 +86,6 @@ def _clamp(name: str, level: float, motion: Stroke | None = None) -> Clamp:
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

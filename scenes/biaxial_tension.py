@@ -3,7 +3,6 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
-from warpdrape.cli import run_script
 from warpdrape.coupon import coupon_files, coupon_mesh, coupon_numerics, stretch_curve
 from warpdrape.errors import positive
 from warpdrape.laws import IsotropicMembrane
@@ -85,4 +84,6 @@ def build(
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

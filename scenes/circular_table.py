@@ -3,7 +3,6 @@
 import numpy as np
 
 from warpdrape import Fabric, Numerics, Ply, Scene, Tool, lay_up
-from warpdrape.cli import run_script
 from warpdrape.errors import one_of
 from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
 from warpdrape.result import FormedPly, Result
@@ -121,4 +120,6 @@ def wrinkle_angle(ply: FormedPly, chosen: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

@@ -1,7 +1,6 @@
 """One ply formed by a hemispherical punch through a die, under a floating blank holder."""
 
 from warpdrape import Ply, Scene
-from warpdrape.cli import run_script
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
@@ -49,4 +48,6 @@ def build(
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

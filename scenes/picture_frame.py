@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
-from warpdrape.cli import run_script
 from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
 from warpdrape.coupon import (
     Curve,
@@ -90,4 +89,6 @@ def build(
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

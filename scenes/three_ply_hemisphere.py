@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Any
 
 from warpdrape import Ply, Result, Scene
-from warpdrape.cli import run_script
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
@@ -77,4 +76,6 @@ def report_central_ply(result: Result) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)

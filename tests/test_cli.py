@@ -187,7 +187,6 @@ SCRIPT = '''"""A ply that falls."""
 from blank import SIZE
 
 from warpdrape import Ply, Scene
-from warpdrape.cli import run_script
 
 
 def build(*, soft: bool = True, note: str = "", limit: float | None = None) -> Scene:
@@ -205,6 +204,8 @@ def build(*, soft: bool = True, note: str = "", limit: float | None = None) -> S
 
 
 if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
     run_script(__file__)
 '''
 
@@ -231,3 +232,11 @@ def test_public_names_are_all_there_and_come_late():
     code = f"import sys, warpdrape.cli as c; c.main(['--help']); print({heavy} & set(sys.modules))"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
     assert ended.stdout.splitlines()[-1] == "set()"
+
+
+def test_building_a_scene_brings_no_command_line_with_it():
+    modules = ", ".join(bundled_scenes())
+    seen = "print('warpdrape.cli' in sys.modules)"
+    code = f"import sys; from warpdrape.scenes import {modules}; {seen}"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert ended.stdout.split() == ["False"], ended.stderr

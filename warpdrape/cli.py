@@ -52,7 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def run_script(path: str | os.PathLike[str]) -> NoReturn:
     """Run the scene script at ``path`` as ``warpdrape run`` does, and end the process.
 
-    For the end of a script: ``if __name__ == "__main__": run_script(__file__)``.
+    For the end of a script, below ``if __name__ == "__main__":``; imported there, so that who only
+    builds the scene has no command line with it.
     """
     raise SystemExit(main(["run", os.fspath(path), *sys.argv[1:]]))
 
