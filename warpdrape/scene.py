@@ -90,6 +90,7 @@ class Scene:
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.
+        script: path of the script that built it, likewise; empty for a bundled scene or none.
         report: function of the finished result to further entries of ``summary.json``.
         write: function of the finished result and its run folder that adds files to it.
     """
@@ -104,6 +105,7 @@ class Scene:
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    script: str = ""
     report: Callable[[Result], Mapping[str, Any]] | None = None
     write: Callable[[Result, RunFolder], None] | None = None
 
@@ -134,6 +136,10 @@ class Scene:
                     f"{high.z - low.z:.4g} m apart, {need:.4g} m needed; lay them up with "
                     "warpdrape.lay_up"
                 )
+
+    def friction_of(self, tool: Tool) -> float:
+        """Coulomb coefficient of a tool against the plies [-]."""
+        return self.friction if tool.friction is None else tool.friction
 
     def run(
         self,

@@ -33,6 +33,7 @@ class SceneScript:
         build: the function that returns the scene.
         parameters: its parameters by name, in their order.
         path: the script.
+        bundled: whether it comes with the package.
     """
 
     name: str
@@ -40,6 +41,7 @@ class SceneScript:
     build: Callable[..., Scene]
     parameters: Mapping[str, Parameter]
     path: Path
+    bundled: bool
 
     def read_settings(self, settings: Sequence[str]) -> dict[str, Any]:
         """Read texts ``NAME=VALUE``; the last one counts where a name is given twice.
@@ -76,6 +78,8 @@ class SceneScript:
                 f"scene script {self.path}: build() returned {type(scene).__name__}: "
                 "it must return a warpdrape.Scene"
             )
+        if not self.bundled:
+            scene = replace(scene, script=os.fspath(self.path))
         if scene.parameters:
             return scene
         used = {p.name: given.get(p.name, p.default) for p in self.parameters.values()}
@@ -112,7 +116,8 @@ def find_script(name_or_path: str | os.PathLike[str]) -> SceneScript:
     if given not in bundled and (path.suffix == ".py" or len(path.parts) > 1 or path.is_file()):
         return _script(path, bundled)
     one_of("scene", given, bundled)
-    return _described(given, importlib.import_module(f"warpdrape.scenes.{given}"))
+    module = importlib.import_module(f"warpdrape.scenes.{given}")
+    return _described(given, module, bundled=True)
 
 
 def _script(path: Path, bundled: Mapping[str, str]) -> SceneScript:
@@ -127,10 +132,10 @@ def _script(path: Path, bundled: Mapping[str, str]) -> SceneScript:
     sys.modules[spec.name] = module
     with _script_faults(path, "the script"):
         spec.loader.exec_module(module)
-    return _described(path.stem, module)
+    return _described(path.stem, module, bundled=False)
 
 
-def _described(name: str, module: types.ModuleType) -> SceneScript:
+def _described(name: str, module: types.ModuleType, *, bundled: bool) -> SceneScript:
     path = Path(module.__file__)
     build = getattr(module, "build", None)
     if not inspect.isfunction(build):
@@ -142,7 +147,7 @@ def _described(name: str, module: types.ModuleType) -> SceneScript:
         parameters = read_parameters(build)
     except InputError as error:
         raise InputError(f"scene script {path}: {error}") from None
-    return SceneScript(name, _first_line(module.__doc__), build, parameters, path)
+    return SceneScript(name, _first_line(module.__doc__), build, parameters, path, bundled)
 
 
 def describe_scene(script: SceneScript) -> str:

@@ -35,17 +35,21 @@ def check_tools(scene: Scene) -> None:
 
 CLAMP_TOLERANCE = 1e-9
 """Displacement [m] or distortion [-] with which a clamp may begin."""
+MOMENTS = 101
+"""Moments of a run at which a clamp's functions of time are tried."""
 LIGHTEST_TOOL = 0.1
 """Least mass of a floating tool over that of all plies [-]: the penalties of all their vertices act
 on it, each a share of the vertex's own m/Δt²."""
 
 
 def check_clamps(scene: Scene) -> None:
-    """Refuse clamps that would tear at their vertices in the first step.
+    """Refuse clamps that would tear at their vertices in the first step, or lead them nowhere.
 
     Raises:
-        InputError: naming the clamp that does not begin where its vertices lie.
+        InputError: naming the clamp that does not begin where its vertices lie, or whose matrix or
+            travel is no finite number at some moment.
     """
+    times = np.linspace(0.0, scene.duration, MOMENTS)
     for clamp in scene.clamps:
         jump = np.abs(clamp.motion.displacement(np.array(0.0))).max()
         turn = 0.0
@@ -56,6 +60,15 @@ def check_clamps(scene: Scene) -> None:
                 f"clamp {clamp.name!r} does not begin where its vertices lie: let its motion start "
                 "from zero, and its matrix from the identity"
             )
+        for what in ("matrix", "travel"):
+            function = getattr(clamp, what)
+            values = np.zeros(len(times)) if function is None else np.asarray(function(times))
+            lost = ~np.isfinite(values.reshape(len(times), -1)).all(axis=1)
+            if lost.any():
+                raise InputError(
+                    f"clamp {clamp.name!r}: its {what} is not finite at "
+                    f"{1e3 * times[lost][0]:.4g} ms: shorten the run, or let it end before"
+                )
 
 
 def check_steps(model: Model) -> None:

@@ -25,7 +25,7 @@ def tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     facets = [len(tool.triangles) for tool in scene.tools]
     corners = [tool.vertices[tool.triangles] for tool in scene.tools]
     normals = [tool.surface.normals for tool in scene.tools]
-    friction = [scene.friction if t.friction is None else t.friction for t in scene.tools]
+    friction = [scene.friction_of(tool) for tool in scene.tools]
     empty = [np.zeros((0, 3, 3))]
     surfaces = ToolSurfaces()
     surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
