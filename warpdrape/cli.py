@@ -140,20 +140,24 @@ def _add_picture(commands: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    from warpdrape.interrupts import interrupt_kept
+    from warpdrape.run_folder import RunFolder
     from warpdrape.scene_library import find_script
 
     frames = _whole("--frames", arguments.frames, least=1)
     threads = None
     if arguments.threads is not None:
         threads = _whole("--threads", arguments.threads, least=1)
-    script = find_script(arguments.scene)
-    script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
-    from warpdrape.run_folder import RunFolder
-    from warpdrape.summary_text import summary_text
-    from warpdrape.warp_start import check_device, kernels_are_compiled, start_warp
-
+    with interrupt_kept():
+        script = find_script(arguments.scene)
+        script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
     folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
     RunFolder(folder, arguments.overwrite)
+    with interrupt_kept():
+        import warpdrape.simulation  # all that a run imports  # noqa: F401
+        from warpdrape.summary_text import summary_text
+        from warpdrape.warp_start import check_device, kernels_are_compiled, start_warp
+
     start_warp()
     check_device(arguments.device)
     scene = script.make(arguments.settings)
@@ -229,8 +233,11 @@ def _picture(arguments: argparse.Namespace) -> int:
 
 
 def _verify(arguments: argparse.Namespace) -> int:
-    from warpdrape.verify import main as verify_main
-    from warpdrape.warp_start import start_warp
+    from warpdrape.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.verify import main as verify_main
+        from warpdrape.warp_start import start_warp
 
     start_warp()
     return verify_main(arguments.quick, arguments.out)
