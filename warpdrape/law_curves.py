@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -24,25 +25,24 @@ def sample_tensions(
         strains: (ε1, ε2), shape [n, 2].
         device: where to evaluate.
     """
-    strains = np.asarray(strains, dtype=float)
     kernel, _ = _samplers(*membrane_functions(fabric))
-    tension = wp.empty(len(strains), dtype=wp.vec2d, device=device)
-    energy = wp.empty(len(strains), dtype=wp.float64, device=device)
-    at = wp.array(strains, dtype=wp.vec2d, device=device)
-    law = tension_struct(fabric, device)
-    wp.launch(kernel, len(strains), inputs=[law, at], outputs=[tension, energy], device=device)
-    return tension.numpy(), energy.numpy()
+    return _sample(kernel, tension_struct(fabric, device), strains, wp.vec2d, device)
 
 
 def sample_couples(
     fabric: Fabric, angles: np.ndarray, device: str = "cpu"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return couples per area C [N/m] and energies [J/m²] at shear angles [rad], shape [n]."""
-    angles = np.asarray(angles, dtype=float)
     _, kernel = _samplers(*membrane_functions(fabric))
-    couple = wp.empty(len(angles), dtype=wp.float64, device=device)
-    energy = wp.empty(len(angles), dtype=wp.float64, device=device)
-    at = wp.array(angles, dtype=wp.float64, device=device)
-    law = shear_struct(fabric, device)
-    wp.launch(kernel, len(angles), inputs=[law, at], outputs=[couple, energy], device=device)
-    return couple.numpy(), energy.numpy()
+    return _sample(kernel, shear_struct(fabric, device), angles, wp.float64, device)
+
+
+def _sample(
+    kernel: Any, law: Any, at: np.ndarray, dtype: type, device: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values, of the type of the arguments, and energies of a law at n arguments."""
+    arguments = wp.array(np.asarray(at, dtype=float), dtype=dtype, device=device)
+    values = wp.empty(len(at), dtype=dtype, device=device)
+    energies = wp.empty(len(at), dtype=wp.float64, device=device)
+    wp.launch(kernel, len(at), inputs=[law, arguments], outputs=[values, energies], device=device)
+    return values.numpy(), energies.numpy()

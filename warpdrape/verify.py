@@ -45,7 +45,8 @@ def verify(
             if show is not None:
                 show(result)
     (folder / TABLE).write_text(markdown(results), encoding="utf-8")
-    record = [asdict(r) | {"passed": r.passed, "verdict": r.verdict} for r in results]
+    derived = ("error", "passed", "verdict")
+    record = [asdict(r) | {name: getattr(r, name) for name in derived} for r in results]
     (folder / RECORD).write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", "utf-8")
     _draw(results, folder / FIGURE)
     return results

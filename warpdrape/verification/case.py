@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 OK, SHORT, FAILED = "ok", "SHORT", "FAILED"
 """Within the limit; outside it, as is known and documented; outside it."""
@@ -17,22 +18,28 @@ class CaseResult:
         case: what was checked, in words.
         measured: the value found.
         exact: the value it should have.
-        error: how far off it is: relative where ``relative``, else in ``unit``.
         limit: largest error that passes.
         unit: of measured and exact; "-" for a plain number.
-        relative: whether error and limit are relative to the exact value.
         known: largest error of a case that is known to miss its limit; beyond it it has got worse.
             None where the limit is reached.
+        relative: whether error and limit are relative to the exact value, which is not zero then;
+            else they are in ``unit``.
     """
 
     case: str
     measured: float
     exact: float
-    error: float
     limit: float
     unit: str = "-"
-    relative: bool = False
     known: float | None = None
+    relative: bool = False
+
+    @property
+    def error(self) -> float:
+        """How far off the measured value is."""
+        if self.relative:
+            return abs(float(self.measured) / float(self.exact) - 1.0)
+        return abs(float(self.measured) - float(self.exact))
 
     @property
     def passed(self) -> bool:
@@ -47,27 +54,7 @@ class CaseResult:
         return SHORT if self.known is not None and self.error <= self.known else FAILED
 
 
-def relative(
-    case: str,
-    measured: float,
-    exact: float,
-    limit: float,
-    unit: str = "-",
-    known: float | None = None,
-) -> CaseResult:
-    """Compare relative to the exact value, which is not zero."""
-    error = abs(float(measured) / float(exact) - 1.0)
-    return CaseResult(case, float(measured), float(exact), error, limit, unit, True, known)
-
-
-def absolute(
-    case: str,
-    measured: float,
-    exact: float,
-    limit: float,
-    unit: str = "-",
-    known: float | None = None,
-) -> CaseResult:
-    """Compare in the value's own unit."""
-    error = abs(float(measured) - float(exact))
-    return CaseResult(case, float(measured), float(exact), error, limit, unit, False, known)
+absolute = CaseResult
+"""Compare in the value's own unit."""
+relative = partial(CaseResult, relative=True)
+"""Compare relative to the exact value."""
