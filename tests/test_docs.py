@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warpdrape import cli
+from warpdrape.arguments import build_parser
 from warpdrape.fabric_library import load_fabric
 from warpdrape.scene_library import find_script
 
@@ -69,7 +69,7 @@ def test_commands_exist():
     written = commands("warpdrape")
     assert {"run", "scenes", "fabrics", "picture", "verify"} <= {words[1] for words in written}
     for words in written:
-        arguments = cli._parser().parse_args(words[1:])
+        arguments = build_parser().parse_args(words[1:])
         if arguments.command == "run" and not arguments.scene.endswith(".py"):
             find_script(arguments.scene).read_settings(arguments.settings)
         if arguments.command == "fabrics":

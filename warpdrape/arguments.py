@@ -1,0 +1,123 @@
+"""The arguments of the command line: commands, options, and the words of their help."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any, NoReturn
+
+OUT = "runs"
+"""Folder, in the current one, that takes a run's folder where ``--out`` is not given."""
+VERIFICATION = f"{OUT}/verification"
+"""… and the one that takes table and figures of ``warpdrape verify``."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        from warpdrape.errors import InputError
+
+        raise InputError(f"{message} (see {self.prog} --help)")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    parser = _Parser(
+        prog="warpdrape",
+        allow_abbrev=False,
+        description="Forming simulation of woven plies: shear, wrinkles, draw-in, forces.",
+        epilog="Start with:  warpdrape run hemisphere",
+    )
+    parser.add_argument("--version", action="version", version=f"warpdrape {_version()}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    _add_run(commands)
+    scenes = _add(commands, "scenes", "list the bundled scenes, or one scene's parameters")
+    scenes.add_argument("scene", metavar="SCENE", nargs="?", help="a bundled name, or a script")
+    fabrics = _add(commands, "fabrics", "list the fabrics, or show one with its sources")
+    fabrics.add_argument("fabric", metavar="NAME", nargs="?", help="a name, or a .toml file")
+    fabrics.add_argument("--plot", metavar="FILE", help="draw its curves to a .png, .pdf or .svg")
+    _add_picture(commands)
+    verify = _add(commands, "verify", "check results against closed forms, and print a table")
+    verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
+    verify.add_argument(
+        "--out",
+        metavar="DIR",
+        default=VERIFICATION,
+        help=f"folder for table and figures; {VERIFICATION} if not given",
+    )
+    _add(commands, "info", "show versions, devices and the kernel cache")
+    return parser
+
+
+def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.ArgumentParser:
+    return commands.add_parser(
+        name,
+        help=words,
+        description=f"{words[0].upper()}{words[1:]}.",
+        epilog=epilog,
+        allow_abbrev=False,
+    )
+
+
+def _add_run(commands: Any) -> None:
+    run = _add(
+        commands,
+        "run",
+        "run a scene and write its results to a folder",
+        "Exit status: 0 done, 1 the run failed, 2 the input cannot be used. "
+        "Ctrl-C stops a run and keeps the frames it has.",
+    )
+    run.add_argument(
+        "scene",
+        metavar="SCENE",
+        help="a bundled name (see warpdrape scenes), or the "
+        "path of a script with a function build()",
+    )
+    run.add_argument(
+        "--out", metavar="DIR", help=f"folder for the results; {OUT}/SCENE if not given"
+    )
+    run.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help="a parameter of the scene, in SI units; may be repeated",
+    )
+    run.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
+    run.add_argument(
+        "--frames",
+        metavar="N",
+        default="60",
+        help="frames of the animation and rows of the history; 60 if not given",
+    )
+    run.add_argument(
+        "--threads",
+        metavar="N",
+        help="threads of the CPU; if not given, the physical cores for a large model, "
+        "one for a small one",
+    )
+    run.add_argument("--quiet", action="store_true", help="show no progress")
+    run.add_argument("--profile", action="store_true", help="show where the time went")
+    run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
+
+
+def _add_picture(commands: Any) -> None:
+    picture = _add(commands, "picture", "draw a formed ply, coloured by shear angle")
+    picture.add_argument("run", metavar="RUN", help="the folder of a run")
+    picture.add_argument("--ply", metavar="NAME", help="which ply; the middle one if not given")
+    picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
+    picture.add_argument(
+        "--frame", metavar="K", default="-1", help="which frame; -1, the last one, if not given"
+    )
+    picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
+    picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("warpdrape")
+    except PackageNotFoundError:
+        return "(not installed)"
