@@ -1,0 +1,59 @@
+"""The energy balance: every term once, with its sign; added mass has inertia and no weight."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from warpdrape.energy import Energies, balance
+from warpdrape.model import build_model, initial_state
+from warpdrape.numerics import Numerics
+from warpdrape.ply import Ply
+from warpdrape.scene import Scene
+
+SUPPLIED = {"tool_work", "clamp_work", "gravity_work"}
+LISTED_ONLY = {"added_mass_kinetic"}  # a part of the kinetic energy
+
+
+def powers_of_two():
+    return {field.name: 2.0**k for k, field in enumerate(fields(Energies))}
+
+
+def test_every_term_is_in_the_balance_once():
+    terms = powers_of_two()
+    found = sum(v for name, v in terms.items() if name not in SUPPLIED | LISTED_ONLY)
+    assert Energies(**terms).unbalanced == found - sum(terms[name] for name in SUPPLIED)
+
+
+def test_sums_hold_what_their_names_say():
+    terms = powers_of_two()
+    energies = Energies(**terms)
+    for name, parts in {
+        "internal": ("yarn", "shear", "stabiliser"),
+        "damping": ("contact_damping", "mass_damping", "tool_damping"),
+        "external_work": tuple(SUPPLIED),
+    }.items():
+        assert getattr(energies, name) == sum(terms[part] for part in parts), name
+
+
+def test_added_mass_has_inertia_and_no_weight():
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.1, cells=3, mesh="random")
+    scene = Scene(
+        name="fall",
+        plies=[ply],
+        duration=1e-3,
+        numerics=Numerics(minimum_time_step=2e-5),
+        gravity=(0.0, 0.0, -10.0),
+    )
+    model = build_model(scene, "cpu", 1)
+    added, mass = model.masses.added, model.masses.mass
+    assert added.sum() > 0.5 * mass.sum()
+    state = initial_state(model)
+    speed = np.linspace(1.0, 3.0, len(mass))
+    drop = np.linspace(0.01, 0.02, len(mass))
+    state.v.assign(speed[:, None] * (0.6, 0.0, 0.8))
+    state.x.assign(ply.rest_points - drop[:, None] * (0.0, 0.0, 1.0))
+    energies = balance(model, state, np.zeros((len(ply.mesh.triangles), 3)))
+    assert energies.kinetic == pytest.approx(0.5 * (mass * speed**2).sum())
+    assert energies.added_mass_kinetic == pytest.approx(0.5 * (added * speed**2).sum())
+    assert energies.gravity_work == pytest.approx(10.0 * ((mass - added) * drop).sum())

@@ -1,0 +1,164 @@
+"""The summary of runs made up by hand: verdicts, warnings, numbers per ply and interface."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warpdrape.model import build_model
+from warpdrape.ply import Ply, lay_up
+from warpdrape.result import FormedPly
+from warpdrape.scene import Scene
+from warpdrape.summary import (
+    ContactExtremes,
+    energy_error,
+    mean_while_loaded,
+    quasi_static,
+    summarise,
+)
+
+THICKNESS = 6e-4  # of carbon_interlock
+ENERGIES = ("kinetic", "internal", "friction", "damping", "external_work", "unbalanced")
+
+
+def history(**columns):
+    """A history of four frames; what is not given is zero, but for the internal energy."""
+    rows = {f"{name}_j": np.zeros(4) for name in ENERGIES}
+    rows |= {"internal_j": np.array([0.0, 0.5, 1.0, 2.0]), "time_s": np.linspace(0.0, 0.03, 4)}
+    rows |= {"yarn_j": np.zeros(4), "added_mass_kinetic_j": np.zeros(4)}
+    return rows | {f"{name}_j": np.array(values) for name, values in columns.items()}
+
+
+@pytest.fixture(scope="module")
+def stack():
+    """Two plies, the upper one with fewer vertices."""
+    lower = Ply.rectangle("lower", "carbon_interlock", 0.1, cells=2, mesh="grid")
+    upper = Ply.rectangle("upper", "carbon_interlock", 0.1, cells=1, mesh="grid")
+    return build_model(Scene(name="s", plies=lay_up([lower, upper]), duration=0.03), "cpu", 3)
+
+
+def formed(ply, shear_deg=None, strain=None):
+    m = len(ply.mesh.triangles)
+    directions = np.broadcast_to((1.0, 0.0, 0.0), (m, 3))
+    return FormedPly(
+        name=ply.name,
+        rest_points=ply.rest_points,
+        points=ply.rest_points,
+        triangles=np.asarray(ply.mesh.triangles),
+        warp=directions,
+        weft=directions,
+        shear_angle=np.radians(np.zeros(m) if shear_deg is None else shear_deg),
+        strain=np.zeros((m, 2)) if strain is None else strain,
+        line_tension=np.zeros((m, 2)),
+    )
+
+
+def still(model):
+    """Contacts that never were."""
+    slots = sum(model.membranes[pair.searching].vertex_count for pair in model.ply_pairs)
+    pairs = len(model.ply_pairs)
+    return ContactExtremes(np.zeros(0), np.zeros(pairs), np.zeros(pairs), np.zeros(slots))
+
+
+def summary_of(model, contacts=None, plies=None, **columns):
+    return summarise(
+        model,
+        contacts or still(model),
+        history(**columns),
+        plies or [formed(ply) for ply in model.scene.plies],
+        failure="",
+        steps=100,
+        wall=2.0,
+    )
+
+
+def test_energy_error_is_the_largest_of_the_run_over_the_largest_energy():
+    columns = history(unbalanced=[0.0, -0.3, 0.1, 0.02], external_work=[0.0, 1.0, 2.0, 3.0])
+    assert energy_error(columns) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "end", "mean", "calm"),
+    [
+        ([0.0, 0.01, 0.02, 0.04], 0.02, 0.07 / 3.5, True),
+        ([0.0, 0.01, 0.02, 0.2], 0.1, 0.23 / 3.5, False),  # still moving at the end
+        ([0.0, 0.5, 0.5, 0.04], 0.02, 1.04 / 3.5, False),  # hurried on the way
+        ([9.0, 0.01, 0.02, 0.04], 0.02, 0.07 / 3.5, True),  # not loaded yet when it was fast
+    ],
+)
+def test_quasi_static_asks_for_the_end_and_for_the_way(kinetic, end, mean, calm):
+    found = quasi_static(history(kinetic=kinetic))
+    assert found == (pytest.approx(end), pytest.approx(mean), calm)
+
+
+def test_a_ply_that_never_stored_anything_is_not_quasi_static():
+    assert quasi_static(history(internal=[0.0] * 4))[2] is False
+    assert mean_while_loaded(history(internal=[0.0] * 4), "kinetic_j") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("unbalanced", "status", "words"),
+    [
+        (0.03, "completed", []),
+        (0.1, "completed", ["5.0 % of the energy is unbalanced"]),
+        (0.3, "failed", []),
+    ],
+)
+def test_unbalanced_energy_warns_and_then_fails(stack, unbalanced, status, words):
+    summary = summary_of(stack, unbalanced=[0.0, 0.0, unbalanced, 0.0])
+    assert summary["status"] == status
+    assert [w[: len(t)] for w, t in zip(summary["warnings"], words, strict=True)] == words
+    assert ("15.0 % of the energy" in summary["message"]) == (status == "failed")
+
+
+def test_deep_penetration_warns_wherever_it_is(stack):
+    contacts = still(stack)
+    assert summary_of(stack, contacts)["warnings"] == []
+    for name in ("tool_deepest", "ply_deepest"):
+        deep = replace(contacts, **{name: np.array([0.4 * THICKNESS, 0.6 * THICKNESS])})
+        summary = summary_of(stack, deep)
+        assert summary["max_penetration_m"] == pytest.approx(0.6 * THICKNESS)
+        assert ["0.36 mm into each other" in w for w in summary["warnings"]] == [True]
+
+
+def test_a_hurried_run_says_so(stack):
+    summary = summary_of(stack, kinetic=[0.0, 0.0, 0.0, 1.0])
+    assert summary["quasi_static"] is False and "not quasi-static" in summary["message"]
+
+
+def test_numbers_of_a_ply(stack):
+    lower, upper = stack.scene.plies
+    shear = np.linspace(-10.0, 5.0, len(lower.mesh.triangles))
+    strain = np.column_stack([np.linspace(-1e-3, 2e-3, len(shear)), np.full(len(shear), 5e-4)])
+    summary = summary_of(stack, plies=[formed(lower, shear, strain), formed(upper)])
+    entry = summary["plies"][0]
+    assert entry["max_shear_deg"] == pytest.approx(10.0)
+    assert entry["mean_abs_shear_deg"] == pytest.approx(np.abs(shear).mean())
+    size = np.sort(np.abs(shear))
+    rank = 0.95 * (len(size) - 1)  # 14.25 of 16
+    below, above = size[int(rank)], size[int(rank) + 1]
+    assert entry["p95_shear_deg"] == pytest.approx(below + (rank % 1.0) * (above - below))
+    assert entry["max_strain_warp"] == pytest.approx(2e-3)
+    assert entry["max_strain_weft"] == pytest.approx(5e-4)
+
+
+def test_interfaces_name_whose_vertices_slip_on_what(stack):
+    counts = [len(ply.mesh.vertices) for ply in stack.scene.plies]
+    slip = np.repeat([1e-3, 2e-3], counts)  # those of the lower ply's vertices come first
+    slip[0] = 5e-3
+    deepest = np.array([1e-5, 2e-5])
+    contacts = replace(still(stack), slip=slip, ply_deepest=deepest, ply_jump=2.0 * deepest)
+    first, second = summary_of(stack, contacts)["interfaces"]
+    assert (first["vertices_of"], first["on"]) == ("lower", "upper")
+    assert (second["vertices_of"], second["on"]) == ("upper", "lower")
+    assert first["max_slip_m"] == 5e-3
+    assert first["mean_slip_m"] == pytest.approx(1e-3 + 4e-3 / counts[0])
+    assert second["max_slip_m"] == pytest.approx(2e-3)
+    assert second["max_penetration_m"] == 2e-5 and second["max_gap_jump_m"] == 4e-5
+
+
+def test_steps_and_speed(stack):
+    summary = summary_of(stack)
+    triangles = sum(len(ply.mesh.triangles) for ply in stack.scene.plies)
+    assert summary["triangle_steps_per_s"] == triangles * 100 / 2.0
+    assert summary["simulated_s"] == pytest.approx(0.03)
