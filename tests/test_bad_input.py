@@ -316,6 +316,27 @@ def test_a_number_that_is_not_finite_never_reaches_the_files(tmp_path, capsys, m
     _check_files_are_whole_and_finite(tmp_path, summary)
 
 
+@pytest.mark.parametrize("which", ["strain", "tension"])
+def test_a_triangle_that_is_not_finite_is_named(which, tmp_path, monkeypatch):
+    from warpdrape.simulation import measure_membranes
+
+    frames = []
+
+    def spoilt(model, state):
+        strain, tension, energy = measure_membranes(model, state)
+        frames.append(1)
+        if len(frames) > 3:
+            {"strain": strain, "tension": tension}[which][17, 1] = math.nan
+        return strain, tension, energy
+
+    monkeypatch.setattr("warpdrape.simulation.measure_membranes", spoilt)
+    result = hemisphere.build(**SMALL).run(tmp_path, frames=5)
+    message = result.summary["message"]
+    assert "in ply 'ply_0', triangle 17: its values are not finite" in message
+    assert len(result.history["time_s"]) == 3
+    _check_files_are_whole_and_finite(tmp_path, result.summary)
+
+
 def _check_files_are_whole_and_finite(folder, summary):
     assert sorted(f.name for f in folder.iterdir()) == [
         "history.csv", "run.json", "scene.usdc", "summary.json"

@@ -71,6 +71,27 @@ def test_block_slides_above_the_angle_of_friction(friction, device):
     assert result.summary["energy_error"] < 0.02
 
 
+def test_plies_rub_with_a_coefficient_of_their_own(device):
+    """The lower ply is held, the upper one slides on it as a block does on an incline."""
+    angle, friction, duration = 0.4, 0.3, 0.02
+    low = Ply.rectangle("low", STIFF, 0.06, cells=3)
+    high = Ply.rectangle("high", STIFF, 0.02, cells=2)
+    scene = Scene(
+        name="rub",
+        plies=lay_up([low, high]),
+        clamps=[Clamp(name="held", ply="low", where=lambda p: p[:, 0] < 1.0)],
+        duration=duration,
+        friction=0.9,
+        ply_friction=friction,
+        gravity=(G * math.sin(angle), 0.0, -G * math.cos(angle)),
+    )
+    result = scene.run(device=device, frames=5)
+    expected = 0.5 * G * (math.sin(angle) - friction * math.cos(angle)) * duration**2
+    moved = (result.plies[1].points - result.plies[1].rest_points)[:, 0].mean()
+    assert moved == pytest.approx(expected, rel=0.02)
+    assert result.summary["interfaces"][1]["max_slip_m"] == pytest.approx(expected, rel=0.05)
+
+
 def test_plate_may_be_tilted_instead_of_gravity(device):
     friction, angle, duration = 0.3, 0.4, 0.02
     level = incline(friction, angle, duration)

@@ -309,3 +309,15 @@ def test_homogeneous_strain_leaves_the_stabiliser_at_rest(device):
     assert np.abs(f).max() > 1.0
     np.testing.assert_allclose(f, forces(loose, x, device), atol=1e-10 * np.abs(f).max())
     np.testing.assert_allclose(f, plain, atol=1e-10 * np.abs(f).max())
+
+
+def test_the_stabiliser_has_a_floor_where_shear_resists_nothing():
+    tension = LinearTension(1e3, 3e3)  # N per yarn; at 1 mm spacing a thousand times as much per m
+    free, stiff = (
+        fabric(tension, law, cell=(1e-3, 1e-3)) for law in (NoShear(), ShearPolynomial((1e-4,)))
+    )
+    floor = Numerics().stabiliser_floor * 3e6
+    assert floor > 0.0
+    assert stabiliser_stiffness(free, Numerics()) == pytest.approx(floor)
+    assert stabiliser_stiffness(stiff, Numerics()) == pytest.approx(1e-4 / 1e-6)
+    assert stabiliser_stiffness(stiff, Numerics(stabiliser=0.0)) == pytest.approx(floor)
