@@ -6,6 +6,7 @@ from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
 from warpdrape.closed_forms import bias_angle, bias_force, bias_travel, check_shear_angle
 from warpdrape.coupon import (
     Curve,
+    check_woven,
     coupon_files,
     coupon_mesh,
     coupon_numerics,
@@ -48,13 +49,14 @@ def build(
     if positive("height", height, unit="m") < 2.0 * width:
         raise InputError(
             f"height = {height} m over width = {width} m is below 2: the yarns of the middle zone "
-            f"would reach the clamps; give a height of at least {2.0 * width:.4g} m"
+            f"would reach the clamps; give a height of at least {2.0 * width:.7g} m"
         )
     angle = check_shear_angle("shear_angle_deg", shear_angle_deg)
     flat = coupon_mesh(
         width, height, edge, mesh, warp_angle=45 * deg, mesh_angle=mesh_angle_deg * deg
     )
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat, warp_angle=45 * deg)
+    check_woven(ply.fabric)
     pull = steady_pull((0.0, float(bias_travel(width, height, angle)), 0.0), duration)
 
     def curve(result) -> Curve:

@@ -3,9 +3,8 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
-from warpdrape.coupon import coupon_files, coupon_mesh, coupon_numerics, stretch_curve
+from warpdrape.coupon import check_woven, coupon_files, coupon_mesh, coupon_numerics, stretch_curve
 from warpdrape.errors import positive
-from warpdrape.laws import IsotropicMembrane
 
 STRETCHING = 0.9
 """Share of the run in which the sample is stretched; then it is held and comes to rest [-]."""
@@ -49,8 +48,7 @@ def build(
     positive("side", side, unit="m")
     flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0)
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
-    if isinstance(ply.fabric.tension, IsotropicMembrane):
-        raise InputError(f"fabric {ply.fabric.name!r} has no yarns: give a woven one")
+    check_woven(ply.fabric)
     rise = Stroke(travel=(1.0, 0.0, 0.0), duration=STRETCHING * duration)
 
     def strains(time: np.ndarray) -> np.ndarray:

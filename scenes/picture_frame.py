@@ -8,6 +8,7 @@ from warpdrape import Clamp, Fabric, Ply, Scene
 from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
 from warpdrape.coupon import (
     Curve,
+    check_woven,
     coupon_files,
     coupon_mesh,
     coupon_numerics,
@@ -48,6 +49,7 @@ def build(
     positive("side", side, unit="m")
     flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0, mesh_angle=mesh_angle_deg * deg)
     ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
+    check_woven(ply.fabric)
     pull = steady_pull((float(frame_travel(side, angle)), 0.0, 0.0), duration)
 
     def travel(time: np.ndarray) -> np.ndarray:

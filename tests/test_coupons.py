@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,12 @@ import pytest
 
 from warpdrape.errors import InputError
 from warpdrape.fabric_library import load_fabric
+from warpdrape.laws import IsotropicMembrane, NoShear
 from warpdrape.scenes import bias_extension, biaxial_tension, picture_frame
+
+WOVEN = load_fabric("carbon_interlock")
+SLANTED = replace(WOVEN, yarn_angle=math.radians(60.0))
+SHEET = replace(WOVEN, tension=IsotropicMembrane(1e4, 0.3), shear=NoShear())
 
 
 def read(folder):
@@ -81,6 +87,10 @@ def test_biaxial_tension_meets_crimp_interchange(tmp_path):
     (biaxial_tension.build, {"warp_strain": 0.0, "weft_strain": 0.0}, "above 0"),
     (biaxial_tension.build, {"warp_strain": 1.0}, "fraction"),
     (biaxial_tension.build, {"weft_strain": -0.01}, "weft_strain"),
+    (picture_frame.build, {"fabric": SHEET}, "has no yarns"),
+    (bias_extension.build, {"fabric": SLANTED}, "60° from warp to weft"),
+    (biaxial_tension.build, {"fabric": SLANTED}, "right angles"),
+    (bias_extension.build, {"duration": -1.0}, "^duration = -1.0 s"),
 ])
 def test_impossible_specimens_are_refused(build, given, words):
     with pytest.raises(InputError, match=words):

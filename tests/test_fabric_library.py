@@ -206,6 +206,10 @@ FAULTS = {
     "unknown unit": (('unit = "g/m^2"', 'unit = "oz/yd²"'), 5, "areal_density.unit.*g/m²"),
     "wrong quantity": (('unit = "mm"', 'unit = "N"'), 11, "thickness.unit.*no unit of length"),
     "no unit": (('unit = "mm"\n', ""), 9, "'thickness': 'unit'.*missing"),
+    "empty source": (('source = "own gauge"', 'source = " "'), 13, "source.*where the value comes"),
+    "angles in radians": (('unit = "deg"', 'unit = "rad"'), 36, "below 90°.*3438°.*unit"),
+    "past collapse": (("[0, 10, 30, 60]", "[0, 10, 30, 90]"), 36, "below 90°.*reach 90°"),
+    "not from zero": (("[0, 10, 30, 60]", "[5, 10, 30, 60]"), 32, "starts at 0°.*not at 5°"),
     "no value": (("value = 0.3\n", ""), 9, "'thickness': 'value' is missing"),
     "no source": (('source = "own gauge"', ""), 9, "'thickness': 'source'.*missing"),
     "unknown status": (('status = "measured"', 'status = "mesured"'), 6, "'measured'"),
@@ -240,6 +244,25 @@ def test_faults_name_file_line_and_key(write, fault):
     assert str(path) in text
     assert re.search(rf"line {line}\b", text)
     assert "\n" not in text
+
+
+def test_a_file_that_is_not_utf_8_is_named_with_its_line(write):
+    path = write()
+    path.write_bytes(path.read_bytes().replace(b"own gauge", "größe".encode("latin-1")))
+    with pytest.raises(InputError, match=r"mine.toml, line 13: not UTF-8"):
+        load_fabric(path)
+
+
+def test_a_fault_is_told_once(write):
+    start = GOOD.index("[shear]")
+    scalar = """[shear]
+law = "polynomial"
+coefficients = { value = 3.0, unit = "N·mm", status = "assumed", source = "a guess" }
+"""
+    with pytest.raises(InputError) as caught:
+        load_fabric(write((GOOD[start:], scalar)))
+    assert str(caught.value).count("line 34") == 1
+    assert str(caught.value).endswith("must be an array of numbers")
 
 
 def test_unknown_names_get_the_nearest_known_one(tmp_path):

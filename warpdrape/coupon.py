@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from warpdrape.closed_forms import yarn_tensions
 from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.fabric import Fabric
 from warpdrape.flat_mesh import FlatMesh
+from warpdrape.laws import IsotropicMembrane
 from warpdrape.meshing import mesh_outline
 from warpdrape.motion import Stroke
 from warpdrape.numerics import Numerics
@@ -32,6 +34,21 @@ COLUMN_LABELS = {
     "shear_angle_deg": "shear angle [°]",
     "warp_strain": "warp strain [-]",
 }
+
+
+def check_woven(fabric: Fabric) -> None:
+    """Refuse a fabric for which the coupons' closed forms do not hold.
+
+    Raises:
+        InputError: if it has no yarns, or they are not at right angles.
+    """
+    if isinstance(fabric.tension, IsotropicMembrane):
+        raise InputError(f"fabric {fabric.name!r} has no yarns: give a woven one")
+    if abs(fabric.yarn_angle - 0.5 * math.pi) > 1e-9:
+        raise InputError(
+            f"fabric {fabric.name!r} has {math.degrees(fabric.yarn_angle):.4g}° from warp to weft, "
+            "and the closed forms of coupons hold for 90° only: give one with yarns at right angles"
+        )
 
 
 def coupon_mesh(
@@ -63,6 +80,7 @@ def steady_pull(travel: np.ndarray, duration: float) -> Stroke:
 
     The speed rises smoothly and then stays, so that no deceleration falls into the curve's end.
     """
+    positive("duration", duration, unit="s")
     slow_down = SPEED_UP / (1.0 + SPEED_UP)  # as a share of the whole stroke, like the speed-up
     travelled = (1.0 - 1.5 * slow_down) / (1.0 - slow_down)
     whole = np.asarray(travel, dtype=float) / travelled

@@ -110,7 +110,8 @@ class Section:
         status = table.require("status", str, "one of " + ", ".join(STATUSES))
         if status not in STATUSES:
             table.fail("status", f"{status!r} is unknown{nearest(status, STATUSES)}")
-        table.require("source", str, "a text")
+        if not table.require("source", str, "a text").strip():
+            table.fail("source", "is empty: say where the value comes from")
         source = Source(status, table.text("source"), table.text("doubt"), _as_given(value, unit))
         converted = numbers * factor
         return (float(converted) if converted.ndim == 0 else converted), source
@@ -156,8 +157,11 @@ def read_sections(path: Path, shown_as: str) -> Section:
     """
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"fabric file {shown_as} cannot be read: {error}") from error
+    except OSError as error:
+        raise InputError(f"fabric file {shown_as} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        line = path.read_bytes()[: error.start].count(b"\n") + 1
+        raise InputError(f"{shown_as}, line {line}: not UTF-8: save the file as UTF-8") from error
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -182,13 +182,12 @@ def _shear(file: Section, sources: Sources) -> ShearLaw:
     if "shear" not in file.values:
         return NoShear()
     section, law, values = _law(file, "shear", _SHEAR_KEYS, sources)
+    if isinstance(values.get("coefficients"), float):
+        section.fail("coefficients.value", "must be an array of numbers")
     try:
         match law:
             case "polynomial":
-                coefficients = values["coefficients"]
-                if isinstance(coefficients, float):
-                    section.fail("coefficients.value", "must be an array of numbers")
-                return ShearPolynomial(tuple(map(float, coefficients)))
+                return ShearPolynomial(tuple(map(float, values["coefficients"])))
             case "table":
                 return ShearTable(**values)
             case _:

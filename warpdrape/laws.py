@@ -159,7 +159,7 @@ class ShearTable:
     A couple that falls on its way is warned about where a `Fabric` takes it.
 
     Attributes:
-        angles: shear angles [rad], rising from 0, shape [n].
+        angles: shear angles [rad], rising from 0, below π/2, shape [n].
         couples: C_s [N·m per cell], none negative, the last not below its neighbour, shape [n].
     """
 
@@ -174,12 +174,18 @@ class ShearTable:
         if not (np.isfinite(angles).all() and np.isfinite(couples).all()):
             raise InputError("a shear table must hold finite numbers only")
         if angles[0] != 0.0 or couples[0] != 0.0:
-            raise InputError(f"a shear table starts at (0, 0), not ({angles[0]}, {couples[0]})")
+            first = f"{math.degrees(angles[0]):.4g}° with {couples[0]:.4g} N·m"
+            raise InputError(f"a shear table starts at 0° with no couple, not at {first}")
         if (np.diff(angles) <= 0).any():
             at = int(np.argmax(np.diff(angles) <= 0))
             first, second = np.degrees(angles[at : at + 2])
             raise InputError(
                 f"shear table angles must rise: {second:.4g}° follows {first:.4g}°; sort them"
+            )
+        if angles[-1] >= math.pi / 2:
+            raise InputError(
+                f"shear table angles must stay below 90°, where the yarns lie on each other, but "
+                f"reach {np.degrees(angles[-1]):.4g}°: leave those out, or check their unit"
             )
         if (couples < 0).any():
             at = np.degrees(angles[np.argmax(couples < 0)])
