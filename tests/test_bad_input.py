@@ -129,6 +129,8 @@ def test_command_line(argv, words, refused):
     ("FlatMesh([[0,0],[1,0],[0,1]], [[0,1,2],[2,0,1]])", "triangles 1 repeat another triangle"),
     ("FlatMesh([[0,0],[1,0],[0,1],[0,-1],[1,1]], [[0,1,2],[1,0,3],[0,1,4]])",
      "edges 0-1 (vertex-vertex) are shared by more than two triangles"),
+    ("FlatMesh([[0,0],[1,0],[0,1],[1,1]], [[0,1,2],[1,0,3]])",
+     "two triangles at edge 0-1 lie on the same side of it and overlap"),
     ("FlatMesh([[0,0],[1,0],[0,1],[5,5]], [[0,1,2]])", "vertices 3 belong to no triangle"),
     ("FlatMesh([[0,0],[1,np.nan],[0,1]], [[0,1,2]])", "vertices 1 are not finite"),
     ("FlatMesh([[0,0],[1,0],[0,1]], [[0,1,3]])", "triangles 0 name vertices outside 0..2"),

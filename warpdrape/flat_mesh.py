@@ -113,8 +113,8 @@ def check_mesh(
 
     Raises:
         InputError: shapes or types are wrong, a number is not finite, an index is out of range,
-            a triangle has no area or is there twice, an edge has more than two triangles, or a
-            vertex belongs to none.
+            a triangle has no area or is there twice, an edge has more than two triangles or two on
+            one side, or a vertex belongs to none.
     """
     points = _numbers("vertices", vertices)
     if points.ndim != 2 or points.shape[1] != 2:
@@ -140,7 +140,7 @@ def check_mesh(
 
 
 def _check_topology(rows: NDArray[np.int32], n_vertices: int) -> None:
-    """Raise `InputError` for double triangles, crowded edges and stray vertices."""
+    """Raise `InputError` for double triangles, crowded or folded edges, stray vertices."""
     same = np.sort(rows, axis=1)
     order = np.lexsort(same.T[::-1])
     twice = np.zeros(len(rows), bool)
@@ -153,6 +153,15 @@ def _check_topology(rows: NDArray[np.int32], n_vertices: int) -> None:
         raise InputError(
             f"edges {', '.join(pairs)}{' …' if len(crowded) > 3 else ''} (vertex-vertex) are "
             "shared by more than two triangles: a ply is a surface, remove the extra ones"
+        )
+    ends = rows[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2).astype(np.int64)
+    _, first, counts = np.unique(
+        (ends[:, 0] << 32) | ends[:, 1], return_index=True, return_counts=True
+    )
+    if (counts > 1).any():  # counter-clockwise neighbours run along their edge in opposite senses
+        a, b = ends[first[counts > 1][0]]
+        raise InputError(
+            f"two triangles at edge {a}-{b} lie on the same side of it and overlap: remove one"
         )
     unused = np.bincount(rows.ravel(), minlength=n_vertices) == 0
     _refuse(unused, "vertices {} belong to no triangle: remove them")
