@@ -65,6 +65,7 @@ def build(
             "upper",
             lambda d: bias_angle(width, height, d),
             lambda g: bias_force(ply.fabric, width, height, g),
+            lambda centers: np.abs(centers).sum(axis=1) < 0.5 * (height - width) - edge,
         )
 
     return Scene(

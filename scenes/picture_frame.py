@@ -69,6 +69,7 @@ def build(
             "frame",
             lambda d: frame_angle(side, d),
             lambda g: frame_force(ply.fabric, side, g),
+            lambda centers: np.ones(len(centers), dtype=bool),
         )
 
     def on_border(points: np.ndarray) -> np.ndarray:

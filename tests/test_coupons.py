@@ -42,6 +42,14 @@ def test_picture_frame_writes_its_curve(tmp_path, mesh):
     assert result.history["frame_displacement_m"][-1] == pytest.approx(coupon["travel_m"])
 
 
+@pytest.mark.parametrize("frames", [12, 40])
+def test_few_frames_do_for_the_force_where_it_rises_steeply(frames):
+    scene = picture_frame.build(edge=0.05, shear_angle_deg=55.0, duration=0.05)
+    coupon = scene.run(frames=frames).summary["coupon"]
+    assert coupon["force_n"] == pytest.approx(coupon["closed_form_force_n"], rel=0.005)
+    assert coupon["measured_shear_angle_deg"] == pytest.approx(55.0, abs=0.01)
+
+
 def test_a_coupon_is_replaced_only_when_asked(tmp_path):
     scene = picture_frame.build(edge=0.05, shear_angle_deg=10.0, duration=0.005)
     scene.run(tmp_path, frames=5)
@@ -57,6 +65,8 @@ def test_bias_extension_meets_the_closed_form_on_a_coarse_mesh(tmp_path):
     curve, summary = read(tmp_path)
     coupon = summary["coupon"]
     assert coupon["force_n"] == pytest.approx(coupon["closed_form_force_n"], rel=0.03)
+    assert coupon["measured_shear_angle_deg"] == pytest.approx(40.0, abs=1.0)
+    assert curve["shear_angle_deg"][0] == curve["closed_form_force_n"][0] == 0.0
     assert json.loads((tmp_path / "run.json").read_text("utf-8"))["parameters"]["fabric"]
     # The force along the pull is the slope of the clamp's work.
     pull = result.history["upper_force_n"]

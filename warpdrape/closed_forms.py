@@ -38,9 +38,12 @@ def frame_travel(side: float, angle: np.ndarray) -> np.ndarray:
 
 
 def frame_angle(side: float, travel: np.ndarray) -> np.ndarray:
-    """Shear angle [rad] of a picture frame at travels [m]: `frame_travel` turned round."""
-    half = (math.sqrt(2.0) * side + np.asarray(travel)) / (2.0 * side)
-    return math.pi / 2 - 2.0 * np.arccos(np.minimum(half, 1.0))
+    """Shear angle [rad] of a picture frame at travels [m]: `frame_travel` turned round.
+
+    The diagonal is (√2 + δ/L) L, and its square 2 (1 + sin γ) L².
+    """
+    share = np.asarray(travel) / side
+    return np.arcsin(np.minimum(share * (math.sqrt(2.0) + 0.5 * share), 1.0))
 
 
 def frame_force(fabric: Fabric, side: float, angle: np.ndarray, sample: float | None = None):
@@ -75,9 +78,12 @@ def bias_travel(width: float, height: float, angle: np.ndarray) -> np.ndarray:
 
 
 def bias_angle(width: float, height: float, travel: np.ndarray) -> np.ndarray:
-    """Shear angle [rad] in the middle of a bias-extension sample: `bias_travel` turned round."""
-    half = (1.0 + np.asarray(travel) / (height - width)) / math.sqrt(2.0)
-    return math.pi / 2 - 2.0 * np.arccos(np.minimum(half, 1.0))
+    """Shear angle [rad] in the middle of a bias-extension sample: `bias_travel` turned round.
+
+    (1 + d/D)² = (cos γ/2 + sin γ/2)² = 1 + sin γ.
+    """
+    share = np.asarray(travel) / (height - width)
+    return np.arcsin(np.minimum(share * (2.0 + share), 1.0))
 
 
 def bias_force(fabric: Fabric, width: float, height: float, angle: np.ndarray) -> np.ndarray:

@@ -127,7 +127,7 @@ class Curve:
             color = f"C{number}"
             exact = self.columns[f"closed_form_{name}"]
             axes.plot(values, exact, color=color, lw=3, alpha=0.35, label=f"{word}, closed form")
-            axes.plot(values, self.columns[name], ".", color=color, ms=4, label=word)
+            axes.plot(values, self.columns[name], "+x"[number], color=color, ms=5, label=word)
         axes.set_xlabel(COLUMN_LABELS.get(abscissa, abscissa))
         axes.set_ylabel("force [N]")
         axes.grid(alpha=0.3)
@@ -140,30 +140,47 @@ def shear_curve(
     clamp: str,
     angle: Callable[[np.ndarray], np.ndarray],
     force: Callable[[np.ndarray], np.ndarray],
+    zone: Callable[[np.ndarray], np.ndarray],
 ) -> Curve:
     """Force over shear angle of a pulled specimen: F = dW/dδ by the clamp's work W.
 
-    A cubic spline through the work at the frames is exact where a mean force over a frame is not.
+    Slopes are those of splines through the frames: exact where a mean force over a frame is not.
 
     Args:
         result: the finished run.
         clamp: name of the clamp that pulls.
-        angle: travel [m] → shear angle [rad] of inextensible yarns.
+        angle: travel δ [m] → shear angle [rad] of inextensible yarns.
         force: shear angle [rad] → closed-form force [N].
+        zone: centres of triangles in the flat ply [m], shape [n, 2], to a mask of those whose mean
+            shear is to be compared with that angle.
     """
-    from scipy.interpolate import CubicSpline
-
     travel = result.history[f"{clamp}_displacement_m"]
     work = result.history[f"{clamp}_work_j"]
     angles = np.asarray(angle(travel))
     columns = {
         "shear_angle_deg": np.degrees(angles),
         "travel_m": travel,
-        "force_n": CubicSpline(travel, work)(travel, 1),
+        "force_n": slopes(angles, work) / slopes(angles, travel),
         "closed_form_force_n": np.asarray(force(angles)),
     }
+    ply = result.plies[0]
+    inside = zone(ply.rest_points[ply.triangles, :2].mean(axis=1))
     ends = {name: float(values[-1]) for name, values in columns.items()}
-    return Curve(columns, {**ends, **_force_errors(ends)})
+    ends |= _force_errors(ends)
+    if inside.any():  # a mesh may be too coarse to have one
+        ends["measured_shear_angle_deg"] = float(np.abs(ply.shear_angle_deg[inside].mean()))
+    return Curve(columns, ends)
+
+
+def slopes(at: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Slope at each of n rising points of a spline through them, quintic where they suffice.
+
+    In the shear angle, work and travel are so smooth that a dozen frames do up to 55°; a cubic
+    spline in the travel is 4 % off at 55° with twenty, as the couple rises steeply there.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    return make_interp_spline(at, values, k=min(5, len(at) - 1))(at, 1)
 
 
 def stretch_curve(
