@@ -91,14 +91,16 @@ def test_interrupt_keeps_the_frames(tmp_path, capsys, monkeypatch):
     assert not list(tmp_path.glob(".*"))
 
 
-def test_interrupt_before_the_first_frame(tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize("moment", ["Stepper", "measure_membranes"])
+def test_interrupt_before_the_first_frame(moment, tmp_path, capsys, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("warpdrape.simulation.measure_membranes", interrupted)
+    monkeypatch.setattr(f"warpdrape.simulation.{moment}", interrupted)
     assert run("run", "hemisphere", "--out", tmp_path, *QUICK) == 1
     assert capsys.readouterr().err == "warpdrape: error: interrupted by the user\n"
     assert json.loads((tmp_path / "summary.json").read_text())["status"] == "failed"
+    assert not list(tmp_path.glob(".*"))  # nothing unfinished is left
 
 
 def test_a_fault_of_ours_is_one_line_and_keeps_the_frames(tmp_path, capsys, monkeypatch):

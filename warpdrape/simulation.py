@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -64,22 +65,20 @@ def run_scene(
 def _march(model: Model, state: State, threads: int, recorder: Recorder, progress: Progress) -> str:
     """Step through all frames; return why it stopped early, or an empty text."""
     timing = model.timing
-    stepper = Stepper(model, state, threads)
     try:
-        recorder.record(state, 0, 0)
-        for frame in range(1, timing.frames + 1):
-            with recorder.profile.timed("stepping"):
-                _step_frame(model, state, stepper, frame, recorder)
-            recorder.profile.sample(state, frame)
-            row = recorder.record(state, frame, timing.steps_per_frame)
-            words = f"max shear {row['max_shear_deg']:.1f}°"
-            progress.update(row["time_s"], words, steps=recorder.steps)
+        with closing(Stepper(model, state, threads)) as stepper:
+            recorder.record(state, 0, 0)
+            for frame in range(1, timing.frames + 1):
+                with recorder.profile.timed("stepping"):
+                    _step_frame(model, state, stepper, frame, recorder)
+                recorder.profile.sample(state, frame)
+                row = recorder.record(state, frame, timing.steps_per_frame)
+                words = f"max shear {row['max_shear_deg']:.1f}°"
+                progress.update(row["time_s"], words, steps=recorder.steps)
     except RunFailed as reason:
         return str(reason)
     except KeyboardInterrupt:
         return "interrupted by the user"
-    finally:
-        stepper.close()
     return ""
 
 
