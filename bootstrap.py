@@ -54,11 +54,20 @@ def parse(argv=None):
         description="Install warpdrape into a virtual environment, then run a scene or the tests.",
         epilog="Example: python bootstrap.py run three_ply_hemisphere --out runs/first",
     )
-    parser.add_argument("--venv", metavar="DIR", type=Path, default=ROOT / ".venv",
-                        help="the virtual environment; .venv beside this file if not given")
+    parser.add_argument(
+        "--venv",
+        metavar="DIR",
+        type=Path,
+        default=ROOT / ".venv",
+        help="the virtual environment; .venv beside this file if not given",
+    )
     parser.add_argument("command", choices=sorted(EXTRAS), help="what to do")
-    parser.add_argument("rest", metavar="...", nargs=argparse.REMAINDER,
-                        help="passed on to warpdrape run, or to pytest")
+    parser.add_argument(
+        "rest",
+        metavar="...",
+        nargs=argparse.REMAINDER,
+        help="passed on to warpdrape run, or to pytest",
+    )
     arguments = parser.parse_args(argv)
     arguments.venv = arguments.venv.absolute()
     return arguments
@@ -101,8 +110,12 @@ def make_environment(folder):
 def has_pip(python):
     """Whether an environment's Python starts and has pip; an interrupted one has not."""
     try:
-        return subprocess.run([str(python), "-c", "import pip"], stderr=subprocess.DEVNULL,
-                              check=False).returncode == 0
+        return (
+            subprocess.run(
+                [str(python), "-c", "import pip"], stderr=subprocess.DEVNULL, check=False
+            ).returncode
+            == 0
+        )
     except OSError:
         return False
 

@@ -36,10 +36,12 @@ def build(
         averaging: "pairs" of triangles share yarn strains, or "plain".
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
-    ends = np.array([
-        positive("warp_strain", warp_strain, zero=True),
-        positive("weft_strain", weft_strain, zero=True),
-    ])
+    ends = np.array(
+        [
+            positive("warp_strain", warp_strain, zero=True),
+            positive("weft_strain", weft_strain, zero=True),
+        ]
+    )
     if not 0.0 < ends.max() <= 0.5:
         raise InputError(
             f"warp_strain = {warp_strain} and weft_strain = {weft_strain}: the larger must lie "

@@ -76,7 +76,11 @@ def build(
         return np.abs(points[:, :2]).max(axis=1) > (0.5 - 1e-6) * side
 
     frame = Clamp(
-        name="frame", ply="ply_0", where=on_border, matrix=hinge, travel=travel,
+        name="frame",
+        ply="ply_0",
+        where=on_border,
+        matrix=hinge,
+        travel=travel,
         follow=(math.sqrt(0.5), math.sqrt(0.5), 0.0),
     )
     return Scene(

@@ -61,7 +61,11 @@ def test_commands_and_their_order(bootstrap, tmp_path, monkeypatch):
     assert bootstrap.main([*where, "run", "hemisphere"]) == 4  # has all it needs
     short = [" ".join(words[1:2] + words[-1:]).replace(str(ROOT), "ROOT") for words in called]
     assert short == [
-        "pip ROOT", "warpdrape --quiet", "warpdrape hemisphere", "pip ROOT[dev]", "pytest pytest",
+        "pip ROOT",
+        "warpdrape --quiet",
+        "warpdrape hemisphere",
+        "pip ROOT[dev]",
+        "pytest pytest",
         "warpdrape hemisphere",
     ]
 

@@ -34,9 +34,19 @@ def test_run_writes_a_folder_and_says_what_came_out(tmp_path, capsys):
     said, complaints = capsys.readouterr()
     ply, punch = summary["plies"][0], summary["tools"][0]
     for words in (
-        "Completed", "ply_0", f"{ply['max_shear_deg']:.1f}°", f"{ply['p95_shear_deg']:.1f}°",
-        "draw-in", f"{1e3 * ply['draw_in_m']['bias']:.1f} mm", f"{punch['max_force_n']:.1f} N",
-        "75.00 mm", "energy error", "quasi-static", "warning:", str(out), "scene.usdc",
+        "Completed",
+        "ply_0",
+        f"{ply['max_shear_deg']:.1f}°",
+        f"{ply['p95_shear_deg']:.1f}°",
+        "draw-in",
+        f"{1e3 * ply['draw_in_m']['bias']:.1f} mm",
+        f"{punch['max_force_n']:.1f} N",
+        "75.00 mm",
+        "energy error",
+        "quasi-static",
+        "warning:",
+        str(out),
+        "scene.usdc",
     ):
         assert words in said
     assert complaints == ""
@@ -170,9 +180,10 @@ def test_script_with_its_own_neighbour_and_report(tmp_path, capsys):
     script = [sys.executable, str(tmp_path / "fall.py"), "--set", "soft=no", "--set", "note=a=b"]
     folder = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     ended = subprocess.run(
-        [*script, "--out", str(out), "--frames", "2", "--quiet"], capture_output=True,
-        encoding="utf-8", env={**os.environ, "PYTHONPATH": os.pathsep.join(folder),
-                               "PYTHONIOENCODING": "utf-8"},
+        [*script, "--out", str(out), "--frames", "2", "--quiet"],
+        capture_output=True,
+        encoding="utf-8",
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(folder), "PYTHONIOENCODING": "utf-8"},
     )
     assert (ended.returncode, ended.stderr) == (0, "")  # nothing about a missing GPU either
     assert "fell: 4.905 mm" in ended.stdout

@@ -15,8 +15,13 @@ INTERLOCK = load_fabric("carbon_interlock")
 ANGLES = np.radians([5.0, 20.0, 40.0, 55.0])
 
 # Net on a sphere, bias diagonal: polar angle [deg], u/R, γ [deg], from an independent integration.
-NET = [(15, 0.184086, 1.9415), (30, 0.362465, 7.5204), (45, 0.531476, 16.1128),
-       (60, 0.690070, 26.9457), (90, 0.980507, 52.4252)]
+NET = [
+    (15, 0.184086, 1.9415),
+    (30, 0.362465, 7.5204),
+    (45, 0.531476, 16.1128),
+    (60, 0.690070, 26.9457),
+    (90, 0.980507, 52.4252),
+]
 
 
 @pytest.mark.parametrize(("polar", "u", "gamma"), NET)
@@ -84,8 +89,9 @@ def test_yarn_tensions_are_those_of_the_card():
 
 def test_catenary_of_a_nearly_straight_chain():
     span, more = 1.0, 1e-4
-    assert exact.catenary_sag(span + more, span) == pytest.approx(math.sqrt(3 * span * more / 8),
-                                                                  rel=1e-3)
+    assert exact.catenary_sag(span + more, span) == pytest.approx(
+        math.sqrt(3 * span * more / 8), rel=1e-3
+    )
     with pytest.raises(InputError, match="below the length"):
         exact.catenary_sag(1.0, 1.0)
 

@@ -83,25 +83,28 @@ def test_biaxial_tension_meets_crimp_interchange(tmp_path):
         assert abs(coupon[f"{family}_force_error"]) < 1e-6
 
 
-@pytest.mark.parametrize(("build", "given", "words"), [
-    (bias_extension.build, {"height": 0.15}, "at least 0.2"),
-    (bias_extension.build, {"shear_angle_deg": 95.0}, "lie on each other"),
-    (bias_extension.build, {"mesh": "alligned"}, "did you mean 'aligned'"),
-    (bias_extension.build, {"mesh": "random", "mesh_angle_deg": 15.0}, "leave it at 0"),
-    (bias_extension.build, {"width": -0.1}, "width"),
-    (bias_extension.build, {"edge": 0.5}, "longer than the outline"),
-    (picture_frame.build, {"shear_angle_deg": 0.0}, "between 0 and 90"),
-    (picture_frame.build, {"side": 0.0}, "side"),
-    (biaxial_tension.build, {"side": -0.1}, "side"),
-    (picture_frame.build, {"fabric": "carbon_interlok"}, "carbon_interlock"),
-    (biaxial_tension.build, {"warp_strain": 0.0, "weft_strain": 0.0}, "above 0"),
-    (biaxial_tension.build, {"warp_strain": 1.0}, "fraction"),
-    (biaxial_tension.build, {"weft_strain": -0.01}, "weft_strain"),
-    (picture_frame.build, {"fabric": SHEET}, "has no yarns"),
-    (bias_extension.build, {"fabric": SLANTED}, "60° from warp to weft"),
-    (biaxial_tension.build, {"fabric": SLANTED}, "right angles"),
-    (bias_extension.build, {"duration": -1.0}, "^duration = -1.0 s"),
-])
+@pytest.mark.parametrize(
+    ("build", "given", "words"),
+    [
+        (bias_extension.build, {"height": 0.15}, "at least 0.2"),
+        (bias_extension.build, {"shear_angle_deg": 95.0}, "lie on each other"),
+        (bias_extension.build, {"mesh": "alligned"}, "did you mean 'aligned'"),
+        (bias_extension.build, {"mesh": "random", "mesh_angle_deg": 15.0}, "leave it at 0"),
+        (bias_extension.build, {"width": -0.1}, "width"),
+        (bias_extension.build, {"edge": 0.5}, "longer than the outline"),
+        (picture_frame.build, {"shear_angle_deg": 0.0}, "between 0 and 90"),
+        (picture_frame.build, {"side": 0.0}, "side"),
+        (biaxial_tension.build, {"side": -0.1}, "side"),
+        (picture_frame.build, {"fabric": "carbon_interlok"}, "carbon_interlock"),
+        (biaxial_tension.build, {"warp_strain": 0.0, "weft_strain": 0.0}, "above 0"),
+        (biaxial_tension.build, {"warp_strain": 1.0}, "fraction"),
+        (biaxial_tension.build, {"weft_strain": -0.01}, "weft_strain"),
+        (picture_frame.build, {"fabric": SHEET}, "has no yarns"),
+        (bias_extension.build, {"fabric": SLANTED}, "60° from warp to weft"),
+        (biaxial_tension.build, {"fabric": SLANTED}, "right angles"),
+        (bias_extension.build, {"duration": -1.0}, "^duration = -1.0 s"),
+    ],
+)
 def test_impossible_specimens_are_refused(build, given, words):
     with pytest.raises(InputError, match=words):
         build(**given)

@@ -95,7 +95,10 @@ def test_a_triangle_that_is_not_finite_is_named(which, tmp_path, monkeypatch):
 
 def _check_files_are_whole_and_finite(folder, summary):
     assert sorted(f.name for f in folder.iterdir()) == [
-        "history.csv", "run.json", "scene.usdc", "summary.json"
+        "history.csv",
+        "run.json",
+        "scene.usdc",
+        "summary.json",
     ]
     for name in ("summary.json", "run.json"):
         text = (folder / name).read_text(encoding="utf-8")

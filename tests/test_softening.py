@@ -109,8 +109,7 @@ def test_a_fast_coarse_hemisphere_is_near_the_accurate_one():
     With 14 cells they differ by 0.26°, with 10 by 0.53°, with the usual 20 by 0.12°.
     """
     accurate, fast = (
-        hemisphere.build(cells=14, fast=fast).run(frames=10).summary
-        for fast in (False, True)
+        hemisphere.build(cells=14, fast=fast).run(frames=10).summary for fast in (False, True)
     )
     assert fast["status"] == "completed"
     assert fast["steps"] < 0.25 * accurate["steps"]

@@ -52,7 +52,12 @@ def check_woven(fabric: Fabric) -> None:
 
 
 def coupon_mesh(
-    width: float, height: float, edge: float, mesh: str, *, warp_angle: float,
+    width: float,
+    height: float,
+    edge: float,
+    mesh: str,
+    *,
+    warp_angle: float,
     mesh_angle: float = 0.0,
 ) -> FlatMesh:
     """Mesh a rectangular specimen, centred at the origin.
@@ -214,7 +219,8 @@ def _force_errors(ends: Mapping[str, float]) -> dict[str, float]:
     pairs = {n: ends.get(f"closed_form_{n}", 0.0) for n in ends}
     return {
         f"{n.removesuffix('_n')}_error": ends[n] / exact - 1.0
-        for n, exact in pairs.items() if exact != 0.0
+        for n, exact in pairs.items()
+        if exact != 0.0
     }
 
 

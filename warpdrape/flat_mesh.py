@@ -124,9 +124,7 @@ def check_mesh(
         raise InputError(f"triangles have shape {rows.shape}; need (triangles, 3), at least one")
     if not np.issubdtype(rows.dtype, np.integer):
         raise InputError(f"triangles hold {rows.dtype}; need vertex indices (whole numbers)")
-    _refuse(
-        ~np.isfinite(points).all(axis=1), "vertices {} are not finite: repair or remove them"
-    )
+    _refuse(~np.isfinite(points).all(axis=1), "vertices {} are not finite: repair or remove them")
     outside = ((rows < 0) | (rows >= len(points))).any(axis=1)
     _refuse(outside, f"triangles {{}} name vertices outside 0..{len(points) - 1}")
     rows = rows.astype(np.int32)

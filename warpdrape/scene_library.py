@@ -23,6 +23,7 @@ from warpdrape.scene_parameters import Parameter, read_parameters, shown
 if typing.TYPE_CHECKING:
     from warpdrape.scene import Scene
 
+
 @dataclass(frozen=True)
 class SceneScript:
     """A scene that can be built.

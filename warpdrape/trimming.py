@@ -52,9 +52,7 @@ def gaps(outline: Outline, edge: float, points: Points) -> NDArray[np.float64]:
     return np.where(outline.contains(points), distance, -distance)
 
 
-def fill(
-    loops: Sequence[Points], inner: Points, core: Rows | None = None
-) -> tuple[Points, Rows]:
+def fill(loops: Sequence[Points], inner: Points, core: Rows | None = None) -> tuple[Points, Rows]:
     """Triangulate what lies inside closed loops: given triangles, Delaunay for the rest.
 
     Segments that Delaunay leaves out are halved; core triangles whose outer side it leaves out
