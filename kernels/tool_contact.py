@@ -47,7 +47,7 @@ class ToolQuery:
 
     at: wp.vec3d  # where it was, tool frame [m]
     distance: wp.float64  # from the facets [m]
-    way: wp.float64  # that it may move before it is asked again [m]
+    way: wp.float64  # that it may move before it is asked again or, if free, comes near [m]
 
 
 @wp.struct
@@ -57,6 +57,7 @@ class ToolSearch:
     reach: wp.float64  # m beyond the offset within which a vertex counts as near
     radius: wp.float64  # m, of the mesh query
     keep: wp.float64  # m, way in the tool's frame for which a plane serves
+    ahead: wp.float64  # s, for which a free vertex is followed at its present speed
     plain: wp.int32  # 1 to ask for every vertex at every search, as far as it looks
 
 
@@ -128,6 +129,7 @@ def tangent_plane(
     at: wp.vec3d,
     offset: wp.float64,
     near: wp.float64,
+    ahead: wp.float64,
     held: bool,
 ):
     """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
@@ -139,6 +141,7 @@ def tangent_plane(
         at: position in the tool's frame [m].
         offset: half the ply thickness [m].
         near: distance within which a vertex counts as near [m].
+        ahead: farther distance that it may go before the next search [m].
         held: whether the vertex had a plane before.
     """
     a = surfaces.corners[facet, 0]
@@ -164,7 +167,7 @@ def tangent_plane(
     inside = gap < wp.float64(0.0)
     behind = gap < -near and not held  # an open surface, not pressed into it
     plane = no_plane()
-    if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near):
+    if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
         plane.normal = normal
         plane.level = wp.dot(normal, point) + offset
     return plane, distance
@@ -177,7 +180,9 @@ def find_tool_contacts(
     search: ToolSearch,
     offset: wp.array(dtype=wp.float64),
     tool_shift: wp.array(dtype=wp.vec3d),
+    tool_velocity: wp.array(dtype=wp.vec3d),
     x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
     planes: wp.array(dtype=ToolPlane),
     queries: wp.array(dtype=ToolQuery),
     touching: wp.array(dtype=wp.int32),
@@ -187,8 +192,8 @@ def find_tool_contacts(
 ):
     """Find the tangent planes near the vertices; one thread a vertex.
 
-    A vertex is asked anew once it has moved: as far as its plane serves, or as far as it was free.
-    No facet can be farther than the last one was, plus the way since: that bounds the query.
+    A vertex is asked anew once it has moved as far as its plane serves, or where, at its speed, it
+    may come near a tool before the next search: a sheet that snaps is faster than its tools. No facet can be farther than the last one was, plus the way since: that bounds the query.
 
     Args:
         first: number of the first vertex.
@@ -196,7 +201,9 @@ def find_tool_contacts(
         search: how far to look.
         offset: half the ply thickness [m], shape [vertex].
         tool_shift: the tools' translations [m], shape [tool].
+        tool_velocity: over the last step [m/s], shape [tool].
         x: positions [m], shape [vertex].
+        v: velocities [m/s], shape [vertex].
         planes: shape [tool · vertex]; overwritten where asked anew.
         queries: the last ones, shape [tool · vertex]; likewise.
         touching: bits of the tools that are near, shape [vertex]; overwritten.
@@ -212,8 +219,12 @@ def find_tool_contacts(
         slot = tool * x.shape[0] + i
         at = x[i] - tool_shift[tool]
         moved = wp.length(at - queries[slot].at)
-        if moved >= queries[slot].way or search.plain == 1:
-            held = may_touch(before, tool) and is_near(planes[slot])
+        held = may_touch(before, tool) and is_near(planes[slot])
+        ahead = search.ahead * wp.length(v[i] - tool_velocity[tool])
+        used = moved
+        if not held:
+            used += ahead
+        if used >= queries[slot].way or search.plain == 1:
             plane = no_plane()
             distance = search.radius
             bound = queries[slot].distance + moved
@@ -221,7 +232,7 @@ def find_tool_contacts(
                 bound = search.radius
             facet = nearest_facet(surfaces, tool, at, bound, search.radius)
             if facet >= 0:
-                plane, distance = tangent_plane(surfaces, tool, facet, at, offset[i], near, held)
+                plane, distance = tangent_plane(surfaces, tool, facet, at, offset[i], near, ahead, held)
             queries[slot].at = at
             queries[slot].distance = distance
             queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
@@ -231,7 +242,7 @@ def find_tool_contacts(
                 holds[slot] = ToolHold()
             if is_near(plane):
                 now |= wp.int32(1) << (tool & 31)
-        elif may_touch(before, tool) and is_near(planes[slot]):
+        elif held:
             now |= wp.int32(1) << (tool & 31)
         if may_touch(now, tool):
             gap = plane_gap(planes[slot], at)

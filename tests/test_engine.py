@@ -17,6 +17,7 @@ from warpdrape.ply import Ply, lay_up, stack_top
 from warpdrape.profile import Surface
 from warpdrape.scene import Clamp, Scene
 from warpdrape.scenes import hemisphere, press
+from warpdrape.timing import SLOWEST_TOOL
 from warpdrape.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
@@ -254,3 +255,21 @@ def test_forming_keeps_the_symmetry_of_the_press(formed):
     for mirror in ((-1.0, 1.0, 1.0), (1.0, -1.0, 1.0)):
         other = [order[tuple(np.round(p * mirror, 9) + 0.0)] for p in rest]
         np.testing.assert_allclose(points[other] * mirror, points, atol=1e-3)
+
+
+@pytest.mark.parametrize("height", [4.7e-3, 5e-3, 5.3e-3])
+def test_a_sheet_much_faster_than_the_tool_is_caught(height, device):
+    # Searches are as rare as a slow tool allows; what falls on it is some seventy times as fast.
+    ply = Ply.rectangle("sheet", ELASTIC, 0.03, cells=6, z=height)
+    creep = Stroke(travel=(0.0, 0.0, 1e-6), duration=4e-3)
+    table = dataclasses.replace(Tool.plate("table", width=0.1, height=0.1), motion=creep)
+    pull = (0.0, 0.0, -5000.0)
+    scene = Scene(name="fall", plies=[ply], tools=[table], duration=4e-3, gravity=pull)
+    formed = scene.run(device=device, frames=8)
+    assert formed.completed
+    assert formed.summary["energy_error"] < 0.01
+    fastest = np.sqrt(2.0 * 5000.0 * (height - 0.5 * ELASTIC.thickness))
+    assert fastest > 60.0 * SLOWEST_TOOL
+    (sheet,) = formed.plies
+    assert sheet.points[:, 2].min() > 0.9 * 0.5 * ELASTIC.thickness
+    assert formed.summary["tools"][0]["max_force_n"] > 0.0

@@ -142,6 +142,31 @@ def test_points_not_asked_anew_are_never_missed(device):
     assert asked < 0.7 * 120 * len(x)
 
 
+def test_points_faster_than_any_tool_are_met_before_they_enter(device):
+    # A sheet that snaps: from beyond the near zone, up to some twenty slides between two searches,
+    # straight in or with a speed that grows by a third.
+    model, state = searcher([Tool.sphere(radius=RADIUS)], device, cells=20)
+    interval = model.timing.search_every * model.timing.time_step
+    slide = model.scene.numerics.search_slide
+    rng = np.random.default_rng(6)
+    x, distance, out = near_sphere(len(model.masses.mass), rng, HALF + 1e-3, HALF + 3e-3)
+    speed = rng.uniform(1.0, 20.0, len(x)) * slide / interval
+    growth = 1.33
+    met = np.zeros(len(x), bool)
+    for _ in range(60):
+        state.x.assign(x)
+        state.v.assign(-speed[:, None] * out)
+        search_contacts(model, state)
+        near = found(state)[0]
+        speed = np.where(met, speed, np.minimum(growth * speed, 20.0 * slide / interval))
+        distance = distance - np.where(met, 0.0, speed * interval)
+        enters = ~met & (distance < HALF)
+        assert near[enters].all()
+        met |= enters
+        x = CENTER + (RADIUS + distance)[:, None] * out
+    assert met.all()
+
+
 def test_a_fast_search_leaves_planes_as_a_plain_one_finds_them(device):
     # Vertices slide, lift off and come back; every search of the two must tell nearly the same.
     tool = Tool.sphere(radius=RADIUS)

@@ -43,7 +43,16 @@ def search_tools(part: Part) -> None:
         wp.launch(
             find_tool_contacts,
             count,
-            inputs=[first, model.surfaces, model.search, model.offset, state.tool_shift, state.x],
+            inputs=[
+                first,
+                model.surfaces,
+                model.search,
+                model.offset,
+                state.tool_shift,
+                state.tool_velocity,
+                state.x,
+                state.v,
+            ],
             outputs=[
                 state.tool_planes,
                 state.tool_queries,

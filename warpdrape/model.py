@@ -30,6 +30,9 @@ SEARCH_BEYOND = 2e-3
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
+LOOK_AHEAD = 2.0
+"""Time for which a search follows free vertices at their speed, in intervals between searches [-]:
+a sheet that snaps gains speed."""
 RUNAWAY = 100.0
 """Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
 
@@ -193,7 +196,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         floating=floating_tools(scene, device),
         ply_pairs=_ply_pairs(scene, query_meshes, vertices, triangles),
         contact=_contact_law(scene, timing),
-        search=_tool_search(scene),
+        search=_tool_search(scene, timing),
         medium=_medium(scene, timing),
     )
 
@@ -232,12 +235,13 @@ def _contact_law(scene: Scene, timing: Timing) -> ContactLaw:
     return law
 
 
-def _tool_search(scene: Scene) -> ToolSearch:
+def _tool_search(scene: Scene, timing: Timing) -> ToolSearch:
     thickest = max(ply.fabric.thickness for ply in scene.plies)
     search = ToolSearch()
     search.reach = near_reach(scene)
     search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
     search.keep = PLANE_SERVES * scene.numerics.search_slide
+    search.ahead = LOOK_AHEAD * timing.search_every * timing.time_step
     search.plain = int(scene.numerics.contact == "exact")
     return search
 
