@@ -193,7 +193,8 @@ def find_tool_contacts(
     """Find the tangent planes near the vertices; one thread a vertex.
 
     A vertex is asked anew once it has moved as far as its plane serves, or where, at its speed, it
-    may come near a tool before the next search: a sheet that snaps is faster than its tools. No facet can be farther than the last one was, plus the way since: that bounds the query.
+    may come near a tool before the next search: a sheet that snaps is faster than its tools. No
+    facet can be farther than the last one was, plus the way since: that bounds the query.
 
     Args:
         first: number of the first vertex.
@@ -232,7 +233,9 @@ def find_tool_contacts(
                 bound = search.radius
             facet = nearest_facet(surfaces, tool, at, bound, search.radius)
             if facet >= 0:
-                plane, distance = tangent_plane(surfaces, tool, facet, at, offset[i], near, ahead, held)
+                plane, distance = tangent_plane(
+                    surfaces, tool, facet, at, offset[i], near, ahead, held
+                )
             queries[slot].at = at
             queries[slot].distance = distance
             queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
