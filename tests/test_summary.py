@@ -11,6 +11,7 @@ from warpdrape.result import FormedPly
 from warpdrape.scene import Scene
 from warpdrape.summary import (
     ContactExtremes,
+    area_percentile,
     energy_error,
     mean_while_loaded,
     quasi_static,
@@ -135,11 +136,23 @@ def test_numbers_of_a_ply(stack):
     assert entry["max_shear_deg"] == pytest.approx(10.0)
     assert entry["mean_abs_shear_deg"] == pytest.approx(np.abs(shear).mean())
     size = np.sort(np.abs(shear))
-    rank = 0.95 * (len(size) - 1)  # 14.25 of 16
-    below, above = size[int(rank)], size[int(rank) + 1]
-    assert entry["p95_shear_deg"] == pytest.approx(below + (rank % 1.0) * (above - below))
+    place = 0.95 * len(size) - 0.5  # 14.7 of 16, all of one area
+    below, above = size[int(place)], size[int(place) + 1]
+    assert entry["p95_shear_deg"] == pytest.approx(below + (place % 1.0) * (above - below))
     assert entry["max_strain_warp"] == pytest.approx(2e-3)
     assert entry["max_strain_weft"] == pytest.approx(5e-4)
+
+
+def test_a_percentile_is_of_the_area_and_not_of_the_count():
+    # Splitting a triangle into equal ones of the same value changes nothing to speak of.
+    rng = np.random.default_rng(3)
+    values, areas = rng.uniform(0.0, 40.0, 4000), rng.uniform(0.5, 1.5, 4000)
+    whole = area_percentile(values, areas, 0.95)
+    parts = rng.integers(1, 30, 4000)
+    split = area_percentile(np.repeat(values, parts), np.repeat(areas / parts, parts), 0.95)
+    assert split == pytest.approx(whole, abs=0.02)
+    counted = np.percentile(np.repeat(values, np.where(values > 30.0, 30, 1)), 95)
+    assert abs(counted - whole) > 0.5
 
 
 def test_interfaces_name_whose_vertices_slip_on_what(stack):
