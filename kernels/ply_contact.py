@@ -1,14 +1,18 @@
 """Contact between plies: each ply's vertices against the other's triangles, stacking order kept.
 
-`find_ply_contacts` runs every few steps with Warp's mesh query; `add_ply_forces` runs every step on
-the triangle, weights and normal it found. A contact is a vertex of one ply and a triangle of
+`find_ply_contacts` runs every few steps and finds the nearest triangle; `add_ply_forces` runs every
+step on the weights and normal it found there. A contact is a vertex of one ply and a triangle of
 another; `side` is +1 where the vertex's ply lies above the triangle's, and never changes.
 """
 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import barycentric, edge_sag, facet_slope, is_on_border, to_single, weighted
+from .facets import PlyFacets, ask_for_nearest, no_facet, walk_to_nearest
+from .surface import edge_sag, facet_slope, is_on_border, to_single, weighted
+
+MOST_WAITS = wp.constant(wp.float64(100.0))
+"""Searches that may leave a vertex out, at most."""
 
 
 @wp.struct
@@ -23,6 +27,24 @@ class PlyContact:
     normal: wp.vec3d  # towards the vertex's side
     rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
+
+
+@wp.struct
+class PlyMemory:
+    """What the search of a vertex for another ply remembers; zero at first."""
+
+    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
+    wait: wp.int32  # searches until which it cannot have come near
+
+
+@wp.struct
+class PlySearch:
+    """How a search looks."""
+
+    asks: wp.int32  # 1 to ask for every vertex; 0 to walk from what it remembers
+    reach: wp.float64  # distance beyond the thickness that counts as near [m]
+    radius: wp.float64  # of the mesh query [m]
+    keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
 
 
 @wp.struct
@@ -45,15 +67,15 @@ def copy_to_single(first: int, x: wp.array(dtype=wp.vec3d), points: wp.array(dty
 @wp.kernel(enable_backward=False)
 def add_vertex_normals(
     first: int,
-    triangles: wp.array2d(dtype=wp.int32),
+    triangles: wp.array(dtype=wp.vec3i),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
     """Add area-weighted triangle normals to their vertices; one thread a triangle, from first."""
     t = first + wp.tid()
-    a = triangles[t, 0]
-    b = triangles[t, 1]
-    c = triangles[t, 2]
+    a = triangles[t][0]
+    b = triangles[t][1]
+    c = triangles[t][2]
     n = wp.cross(x[b] - x[a], x[c] - x[a])
     wp.atomic_add(normals, a, n)
     wp.atomic_add(normals, b, n)
@@ -61,9 +83,16 @@ def add_vertex_normals(
 
 
 @wp.kernel(enable_backward=False)
+def make_unit(first: int, normals: wp.array(dtype=wp.vec3d)):
+    """Give vertex normals the length one; one thread a vertex, from first."""
+    i = first + wp.tid()
+    normals[i] = wp.normalize(normals[i])
+
+
+@wp.kernel(enable_backward=False)
 def raise_hollows(
     first: int,
-    triangles: wp.array2d(dtype=wp.int32),
+    triangles: wp.array(dtype=wp.vec3i),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
@@ -72,17 +101,17 @@ def raise_hollows(
 
     Args:
         first: number of the first triangle.
-        triangles: vertices, shape [triangle, 3].
+        triangles: vertices, shape [triangle].
         x: positions [m], shape [vertex].
-        normals: vertex normals, any length, shape [vertex].
+        normals: unit vertex normals, shape [vertex].
         hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
             shape [vertex]; raised.
     """
     t = first + wp.tid()
     for corner in range(3):
-        i = triangles[t, corner]
-        j = triangles[t, (corner + 1) % 3]
-        dome = edge_sag(x[i], x[j], wp.normalize(normals[i]), wp.normalize(normals[j]))
+        i = triangles[t][corner]
+        j = triangles[t][(corner + 1) % 3]
+        dome = edge_sag(x[i], x[j], normals[i], normals[j])
         room = wp.vec2d(wp.max(-dome, wp.float64(0.0)), wp.max(dome, wp.float64(0.0)))
         wp.atomic_max(hollows, i, room)
         wp.atomic_max(hollows, j, room)
@@ -125,21 +154,19 @@ def spring_energy(
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
     law: ContactLaw,
+    search: PlySearch,
+    facets: PlyFacets,
     faces: PlyFaces,
     pair: int,
     first_vertex: int,
     first_slot: int,
-    reach: wp.float64,
-    radius: wp.float64,
-    keep: wp.float64,
-    triangles: wp.array2d(dtype=wp.int32),
-    open_edges: wp.array(dtype=wp.int32),
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
     springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    memory: wp.array(dtype=PlyMemory),
     contacts: wp.array(dtype=PlyContact),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
@@ -153,25 +180,24 @@ def find_ply_contacts(
     past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
     the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
     the difference is allowed for and fades, so that forces stay continuous. Where it jumps out,
-    what the springs lose counts as contact damping.
+    what the springs lose counts as contact damping. A vertex that is far is left out of walks until
+    it can have come near, at the speed for which ``reach`` suffices from search to search.
 
     Args:
         law: contact law.
+        search: how to look.
+        facets: of all plies.
         faces: the searched ply.
         pair: number of the pair of plies.
         first_vertex: of the searching ply.
         first_slot: where its contacts with the searched ply are kept.
-        reach: distance beyond the thickness that counts as near [m].
-        radius: of the mesh query [m].
-        keep: share of an allowed penetration that lasts until the next search [-].
-        triangles: vertices, shape [triangle, 3].
-        open_edges: bits of the edges that border the ply, shape [triangle].
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
-        normals: vertex normals, any length, shape [vertex].
+        normals: unit vertex normals, shape [vertex].
         hollows: room on the hollow sides, above and below [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
+        memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration so far [m], what is allowed included, shape [pair]; raised.
@@ -180,6 +206,10 @@ def find_ply_contacts(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
+    if memory[slot].wait > 0 and search.asks == 0:
+        memory[slot].wait -= 1
+        return
+    memory[slot].wait = 0
     before = wp.float64(0.0)
     had = wp.float64(0.0)
     if contacts[slot].near == 1:
@@ -187,18 +217,22 @@ def find_ply_contacts(
             had = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
         before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
-    query = wp.mesh_query_point_no_sign(faces.mesh, to_single(x[i]), float(radius))
-    if not query.result:
+    nearest = no_facet()
+    if search.asks == 1:
+        first = faces.first_triangle
+        nearest = ask_for_nearest(facets, faces.mesh, first, search.radius, x, i)
+    elif memory[slot].seen > 0:
+        nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, i)
+    memory[slot].seen = nearest.facet + 1
+    if nearest.facet < 0:
         return
-    t = faces.first_triangle + query.face
-    a = triangles[t, 0]
-    b = triangles[t, 1]
-    c = triangles[t, 2]
-    w = barycentric(x[a], x[b], x[c], x[i])
-    offset = x[i] - weighted(w, x[a], x[b], x[c])
-    outward = faces.side * wp.normalize(
-        weighted(w, wp.normalize(normals[a]), wp.normalize(normals[b]), wp.normalize(normals[c]))
-    )
+    corners = facets.corners[nearest.facet]
+    a = corners[0]
+    b = corners[1]
+    c = corners[2]
+    w = nearest.weights
+    offset = nearest.offset
+    outward = faces.side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
     height = wp.dot(offset, outward)
     aside = offset - height * outward
     beyond = wp.length(aside)
@@ -207,7 +241,7 @@ def find_ply_contacts(
     over = faces.thickness - wp.dot(w, room)
     normal = outward
     gap = height - over
-    if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
+    if is_on_border(w, facets.open_edges[nearest.facet]) and beyond > wp.float64(0.0):
         if height < -wp.float64(0.5) * faces.thickness:
             return
         if beyond > faces.thickness:
@@ -221,7 +255,8 @@ def find_ply_contacts(
         normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
         gap = distance - over
     rise = wp.dot(normal, offset) - gap - faces.thickness
-    if gap > reach:
+    if gap > search.reach:
+        memory[slot].wait = int(wp.min(gap / search.reach, MOST_WAITS)) - 1
         return
     contacts[slot].near = 1
     contacts[slot].a = a
@@ -230,7 +265,7 @@ def find_ply_contacts(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     contacts[slot].rise = rise
-    allowance = keep * wp.max(before - gap, wp.float64(0.0))
+    allowance = search.keep * wp.max(before - gap, wp.float64(0.0))
     contacts[slot].allowance = allowance
     if had > wp.float64(0.0):
         has = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])

@@ -146,7 +146,7 @@ def test_parts_cover_everything_once(count, mesh):
             times[first : first + n] += 1
         return times
 
-    vertices, triangles = model.mass.shape[0], model.triangles.shape[0]
+    vertices, triangles = model.mass.shape[0], model.facets.corners.shape[0]
     assert (counted([r for p in parts for r in p.vertices], vertices) == 1).all()
     assert (counted([r for p in parts for r in p.triangles], triangles) == 1).all()
     looked = [(look.first_slot, look.count) for part in parts for look in part.contacts]

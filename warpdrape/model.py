@@ -10,8 +10,9 @@ import warp as wp
 
 from warpdrape.errors import InputError
 from warpdrape.kernels.contact import ContactLaw
+from warpdrape.kernels.facets import PlyFacets
 from warpdrape.kernels.motion import FloatingTools, Medium
-from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
+from warpdrape.kernels.ply_contact import PlyContact, PlyFaces, PlyMemory
 from warpdrape.kernels.tool_contact import (
     ToolHold,
     ToolPlane,
@@ -30,6 +31,9 @@ SEARCH_BEYOND = 2e-3
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
+ASK_EVERY = 8
+"""Contact searches from one in which every vertex asks for the nearest facet of another ply to the
+next such one; between, it walks from the facet that it remembers."""
 SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0
@@ -94,8 +98,7 @@ class Model:
         offset: half the ply thickness [m], shape [vertex].
         rest: positions at the start [m], shape [vertex].
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
-        triangles: vertices, shape [triangle, 3].
-        open_edges: bits of the edges that border a ply, shape [triangle].
+        facets: the plies' triangles, as contact between plies sees them.
         query_meshes: per ply, moved along for contact searches.
         tool_meshes: per tool, in its own frame.
         surfaces: the tools' facets.
@@ -116,8 +119,7 @@ class Model:
     offset: wp.array
     rest: wp.array
     clamp: wp.array
-    triangles: wp.array
-    open_edges: wp.array
+    facets: PlyFacets
     query_meshes: tuple[wp.Mesh, ...]
     tool_meshes: tuple[wp.Mesh, ...]
     surfaces: ToolSurfaces
@@ -151,6 +153,7 @@ class State:
     tool_touching: wp.array
     tool_holds: wp.array
     tool_deepest: wp.array
+    ply_memory: wp.array
     ply_contacts: wp.array
     ply_springs: wp.array
     ply_dashpots: wp.array
@@ -187,9 +190,6 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         for ply, v, t in zip(scene.plies, vertices, triangles, strict=False)
     )
     half = [np.full(len(p.mesh.vertices), 0.5 * p.fabric.thickness) for p in scene.plies]
-    numbered = np.concatenate(
-        [p.mesh.triangles + v for p, v in zip(scene.plies, vertices, strict=False)]
-    )
     query_meshes = tuple(
         wp.Mesh(
             wp.array(ply.rest_points, dtype=wp.vec3f, device=device),
@@ -209,12 +209,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
-        triangles=wp.array(numbered, dtype=wp.int32, device=device),
-        open_edges=wp.array(
-            np.concatenate([open_edge_bits(p.mesh.triangles) for p in scene.plies]),
-            dtype=wp.int32,
-            device=device,
-        ),
+        facets=_ply_facets(scene, vertices, device),
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
         surfaces=surfaces,
@@ -315,6 +310,21 @@ def _floating(scene: Scene, device: str) -> FloatingTools:
     return floating
 
 
+def _ply_facets(scene: Scene, first_vertex: np.ndarray, device: str) -> PlyFacets:
+    corners = np.concatenate(
+        [ply.mesh.triangles + v for ply, v in zip(scene.plies, first_vertex, strict=False)]
+    )
+    open_edges = np.concatenate([open_edge_bits(ply.mesh.triangles) for ply in scene.plies])
+    fans = np.argsort(corners.ravel(), kind="stable") // 3
+    sizes = np.bincount(corners.ravel(), minlength=first_vertex[-1])
+    facets = PlyFacets()
+    facets.corners = wp.array(corners, dtype=wp.vec3i, device=device)
+    facets.open_edges = wp.array(open_edges, dtype=wp.int32, device=device)
+    facets.first_of_fan = wp.array(np.r_[0, np.cumsum(sizes)], dtype=wp.int32, device=device)
+    facets.fans = wp.array(fans, dtype=wp.int32, device=device)
+    return facets
+
+
 def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
     pairs, slot = [], 0
     for searching, ply in enumerate(scene.plies):
@@ -395,6 +405,7 @@ def initial_state(model: Model) -> State:
         tool_touching=zeros(n, wp.int32),
         tool_holds=zeros(tools * n, ToolHold),
         tool_deepest=zeros(tools, real),
+        ply_memory=zeros(slots, PlyMemory),
         ply_contacts=zeros(slots, PlyContact),
         ply_springs=zeros(slots, vec),
         ply_dashpots=zeros(slots, real),
