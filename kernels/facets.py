@@ -8,10 +8,11 @@ what a walk cannot: another fold, or a ply that was out of sight.
 
 import warp as wp
 
-from .surface import barycentric, to_single, weighted
+from .surface import barycentric, is_on_border, to_single, weighted
 
-BEND = wp.constant(wp.float64(16.0))
-"""Twice the bend beside an edge, over the room in the hollow there and the edge's length."""
+BEND = wp.constant(wp.float64(32.0))
+"""Bend between facets times an edge's length over the room in the hollow: 8 where a ply bends
+evenly, and up to so much at a fold, which the vertex normals even out."""
 MOST_MOVES = wp.constant(6)
 """Facets that a walk passes at most; the next search goes on from there."""
 
@@ -21,7 +22,8 @@ class PlyFacets:
     """Facets of all plies, one after the other."""
 
     corners: wp.array(dtype=wp.vec3i)  # vertices, shape [triangle]
-    open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [triangle]
+    borders: wp.array(dtype=wp.int32)  # bits: edges 0 to 2 and corners 3 to 5 on a border
+    beside: wp.array(dtype=wp.vec3i)  # across from each corner, −1 if none, shape [triangle]
     first_of_fan: wp.array(dtype=wp.int32)  # where a vertex's triangles begin, shape [vertex + 1]
     fans: wp.array(dtype=wp.int32)  # triangles round each vertex, shape [3 · triangle]
 
@@ -60,41 +62,72 @@ def nearest_on_facet(
 
 
 @wp.func
-def may_be_nearer_beside(
+def is_at_border(facets: PlyFacets, nearest: NearestFacet) -> bool:
+    """Whether a nearest point lies on the ply's border, whichever facet at a corner it is of."""
+    bits = facets.borders[nearest.facet]
+    for corner in range(3):
+        if nearest.weights[corner] >= wp.float64(1.0) and (bits >> (3 + corner)) & 1 == 1:
+            return True
+    return is_on_border(nearest.weights, bits)
+
+
+@wp.func
+def shadow(
     facets: PlyFacets,
     nearest: NearestFacet,
     x: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
-) -> bool:
-    """Whether a facet beside this one may be nearer.
+) -> wp.float64:
+    """Weight of a corner up to which the facet across from it may be nearer than this one.
 
-    So it is where the nearest point lies on an edge, or the ply bends beyond an edge towards the
-    vertex: by φ it brings nearer what is beyond an edge up to d tan φ aside, d the distance. Along
-    an edge of length l the room r in the hollow tells φ = 8 r/l; twice that is allowed for.
+    A bend φ towards the vertex at distance d brings nearer what is beyond an edge up to d tan φ
+    aside. The room r in the hollow tells φ = BEND r/l, l the length of an edge, and d φ over that
+    edge a corner has the weight d φ l/2A.
     """
-    w = nearest.weights
-    least = wp.min(w)
-    if least <= wp.float64(0.0):
-        return True
     at = facets.corners[nearest.facet]
     room = wp.max(wp.max(hollows[at[0]]), wp.max(wp.max(hollows[at[1]]), wp.max(hollows[at[2]])))
     a = x[at[0]]
-    area_sq = wp.length_sq(wp.cross(x[at[1]] - a, x[at[2]] - a))  # twice the area, squared
-    way = BEND * room
-    return least * least * area_sq < way * way * wp.length_sq(nearest.offset)
+    area_sq = wp.length_sq(wp.cross(x[at[1]] - a, x[at[2]] - a))
+    return BEND * room * wp.sqrt(wp.length_sq(nearest.offset) / area_sq)
 
 
 @wp.func
-def heaviest_corner(facets: PlyFacets, nearest: NearestFacet) -> int:
-    """Vertex of the facet that the nearest point is at, or nearest to by its weights."""
-    at = facets.corners[nearest.facet]
+def nearest_round(
+    facets: PlyFacets, nearest: NearestFacet, corner: int, x: wp.array(dtype=wp.vec3d), i: int
+) -> NearestFacet:
+    """Nearest facet of those round a corner."""
+    best = nearest
+    for k in range(facets.first_of_fan[corner], facets.first_of_fan[corner + 1]):
+        there = nearest_on_facet(facets, facets.fans[k], x, i)
+        if wp.length_sq(there.offset) < wp.length_sq(best.offset):
+            best = there
+    return best
+
+
+@wp.func
+def nearest_beside(
+    facets: PlyFacets,
+    nearest: NearestFacet,
+    x: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
+    i: int,
+) -> NearestFacet:
+    """Nearest of a facet and those beside it that may be nearer."""
     w = nearest.weights
-    vertex = at[0]
-    if w[1] > w[0]:
-        vertex = at[1]
-    if w[2] > wp.max(w[0], w[1]):
-        vertex = at[2]
-    return vertex
+    most = wp.max(w)
+    if most >= wp.float64(1.0):
+        corners = facets.corners[nearest.facet]
+        corner = wp.where(w[0] == most, corners[0], wp.where(w[1] == most, corners[1], corners[2]))
+        return nearest_round(facets, nearest, corner, x, i)
+    best = nearest
+    limit = shadow(facets, nearest, x, hollows)
+    beside = facets.beside[nearest.facet]
+    for k in range(3):
+        if w[k] <= limit and beside[k] >= 0:
+            there = nearest_on_facet(facets, beside[k], x, i)
+            if wp.length_sq(there.offset) < wp.length_sq(best.offset):
+                best = there
+    return best
 
 
 @wp.func
@@ -107,21 +140,11 @@ def walk_to_nearest(
 ) -> NearestFacet:
     """Nearest facet that a walk from facet ``start`` finds, each move to one that is nearer."""
     nearest = nearest_on_facet(facets, start, x, i)
-    for _ in range(MOST_MOVES):
-        if not may_be_nearer_beside(facets, nearest, x, hollows):
-            return nearest
-        before = nearest.facet
-        distance_sq = wp.length_sq(nearest.offset)
-        corner = heaviest_corner(facets, nearest)
-        for k in range(facets.first_of_fan[corner], facets.first_of_fan[corner + 1]):
-            other = facets.fans[k]
-            if other != before:
-                there = nearest_on_facet(facets, other, x, i)
-                if wp.length_sq(there.offset) < distance_sq:
-                    distance_sq = wp.length_sq(there.offset)
-                    nearest = there
-        if nearest.facet == before:
-            return nearest
+    moves = wp.int32(0)
+    while moves < MOST_MOVES:
+        there = nearest_beside(facets, nearest, x, hollows, i)
+        moves = wp.where(there.facet == nearest.facet, MOST_MOVES, moves + 1)
+        nearest = there
     return nearest
 
 

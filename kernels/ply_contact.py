@@ -8,8 +8,8 @@ another; `side` is +1 where the vertex's ply lies above the triangle's, and neve
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .facets import PlyFacets, ask_for_nearest, no_facet, walk_to_nearest
-from .surface import edge_sag, facet_slope, is_on_border, to_single, weighted
+from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .surface import edge_sag, facet_slope, to_single, weighted
 
 MOST_WAITS = wp.constant(wp.float64(100.0))
 """Searches that may leave a vertex out, at most."""
@@ -241,7 +241,7 @@ def find_ply_contacts(
     over = faces.thickness - wp.dot(w, room)
     normal = outward
     gap = height - over
-    if is_on_border(w, facets.open_edges[nearest.facet]) and beyond > wp.float64(0.0):
+    if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
         if height < -wp.float64(0.5) * faces.thickness:
             return
         if beyond > faces.thickness:

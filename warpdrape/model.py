@@ -244,6 +244,21 @@ def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
     return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
 
 
+def border_bits(triangles: np.ndarray) -> np.ndarray:
+    """Bits of `open_edge_bits`, and bit 3 + k where corner k is an end of such an edge, shape [m].
+
+    Args:
+        triangles: vertices, shape [m, 3].
+    """
+    triangles = np.asarray(triangles)
+    edges = open_edge_bits(triangles)
+    at_border = np.zeros(triangles.max() + 1, dtype=bool)
+    for k in range(3):
+        open_there = (edges >> k) & 1 == 1
+        at_border[triangles[open_there][:, [k - 2, k - 1]]] = True
+    return edges + (at_border[triangles] @ np.array([8, 16, 32])).astype(np.int32)
+
+
 def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
     index = np.full(first[-1], -1)
     names = [ply.name for ply in scene.plies]
@@ -310,16 +325,29 @@ def _floating(scene: Scene, device: str) -> FloatingTools:
     return floating
 
 
+def _across_edges(triangles: np.ndarray) -> np.ndarray:
+    """Triangle beyond the edge across from each corner, −1 where there is none, shape [m, 3]."""
+    edges = np.sort(triangles[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
+    one, other = order[:-1][same], order[1:][same]
+    beside = np.full(edges.shape[0], -1)
+    beside[one], beside[other] = other // 3, one // 3
+    return beside.reshape(-1, 3)
+
+
 def _ply_facets(scene: Scene, first_vertex: np.ndarray, device: str) -> PlyFacets:
     corners = np.concatenate(
         [ply.mesh.triangles + v for ply, v in zip(scene.plies, first_vertex, strict=False)]
     )
-    open_edges = np.concatenate([open_edge_bits(ply.mesh.triangles) for ply in scene.plies])
+    borders = [border_bits(ply.mesh.triangles) for ply in scene.plies]
     fans = np.argsort(corners.ravel(), kind="stable") // 3
     sizes = np.bincount(corners.ravel(), minlength=first_vertex[-1])
+    beside = _across_edges(corners)
     facets = PlyFacets()
     facets.corners = wp.array(corners, dtype=wp.vec3i, device=device)
-    facets.open_edges = wp.array(open_edges, dtype=wp.int32, device=device)
+    facets.borders = wp.array(np.concatenate(borders), dtype=wp.int32, device=device)
+    facets.beside = wp.array(beside, dtype=wp.vec3i, device=device)
     facets.first_of_fan = wp.array(np.r_[0, np.cumsum(sizes)], dtype=wp.int32, device=device)
     facets.fans = wp.array(fans, dtype=wp.int32, device=device)
     return facets
