@@ -26,6 +26,8 @@ class PlyFacets:
     beside: wp.array(dtype=wp.vec3i)  # across from each corner, −1 if none, shape [triangle]
     first_of_fan: wp.array(dtype=wp.int32)  # where a vertex's triangles begin, shape [vertex + 1]
     fans: wp.array(dtype=wp.int32)  # triangles round each vertex, shape [3 · triangle]
+    first_of_ring: wp.array(dtype=wp.int32)  # where its neighbours begin, shape [vertex + 1]
+    rings: wp.array(dtype=wp.int32)  # neighbours of each vertex, shape [2 · edge]
 
 
 @wp.struct

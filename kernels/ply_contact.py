@@ -65,56 +65,56 @@ def copy_to_single(first: int, x: wp.array(dtype=wp.vec3d), points: wp.array(dty
 
 
 @wp.kernel(enable_backward=False)
-def add_vertex_normals(
+def compute_vertex_normals(
     first: int,
-    triangles: wp.array(dtype=wp.vec3i),
+    facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
-    """Add area-weighted triangle normals to their vertices; one thread a triangle, from first."""
-    t = first + wp.tid()
-    a = triangles[t][0]
-    b = triangles[t][1]
-    c = triangles[t][2]
-    n = wp.cross(x[b] - x[a], x[c] - x[a])
-    wp.atomic_add(normals, a, n)
-    wp.atomic_add(normals, b, n)
-    wp.atomic_add(normals, c, n)
+    """Compute unit vertex normals, weighted by area; one thread a vertex, from first.
 
-
-@wp.kernel(enable_backward=False)
-def make_unit(first: int, normals: wp.array(dtype=wp.vec3d)):
-    """Give vertex normals the length one; one thread a vertex, from first."""
+    Args:
+        first: number of the first vertex.
+        facets: of all plies.
+        x: positions [m], shape [vertex].
+        normals: shape [vertex]; overwritten.
+    """
     i = first + wp.tid()
-    normals[i] = wp.normalize(normals[i])
+    n = wp.vec3d()
+    for k in range(facets.first_of_fan[i], facets.first_of_fan[i + 1]):
+        at = facets.corners[facets.fans[k]]
+        a = x[at[0]]
+        n += wp.cross(x[at[1]] - a, x[at[2]] - a)
+    normals[i] = wp.normalize(n)
 
 
 @wp.kernel(enable_backward=False)
-def raise_hollows(
+def compute_hollows(
     first: int,
-    triangles: wp.array(dtype=wp.vec3i),
+    facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
 ):
-    """Raise the vertices' ``hollows`` to the sags of their edges; one thread a triangle.
+    """Compute the largest sags of the edges at a vertex; one thread a vertex, from first.
 
     Args:
-        first: number of the first triangle.
-        triangles: vertices, shape [triangle].
+        first: number of the first vertex.
+        facets: of all plies.
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
-            shape [vertex]; raised.
+            shape [vertex]; overwritten.
     """
-    t = first + wp.tid()
-    for corner in range(3):
-        i = triangles[t][corner]
-        j = triangles[t][(corner + 1) % 3]
+    i = first + wp.tid()
+    above = wp.float64(0.0)
+    below = wp.float64(0.0)
+    for k in range(facets.first_of_ring[i], facets.first_of_ring[i + 1]):
+        j = facets.rings[k]
         dome = edge_sag(x[i], x[j], normals[i], normals[j])
-        room = wp.vec2d(wp.max(-dome, wp.float64(0.0)), wp.max(dome, wp.float64(0.0)))
-        wp.atomic_max(hollows, i, room)
-        wp.atomic_max(hollows, j, room)
+        above = wp.max(above, -dome)
+        below = wp.max(below, dome)
+    hollows[i] = wp.vec2d(above, below)
 
 
 @wp.func

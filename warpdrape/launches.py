@@ -13,15 +13,14 @@ from warpdrape.kernels.motion import (
     advance_vertices,
     count_step,
 )
-from warpdrape.kernels.parts import note_runaway, raise_to, take_larger, take_over
+from warpdrape.kernels.parts import note_runaway, raise_to, take_over
 from warpdrape.kernels.ply_contact import (
     PlySearch,
     add_ply_forces,
-    add_vertex_normals,
+    compute_hollows,
+    compute_vertex_normals,
     copy_to_single,
     find_ply_contacts,
-    make_unit,
-    raise_hollows,
 )
 from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.membrane import launch_loads
@@ -68,8 +67,7 @@ def search_plies(whole: Part, *, asking: bool = True) -> None:
     if asking:
         copy_plies(whole)
         refit_plies(whole)
-    add_normals(whole)
-    finish_normals(whole)
+    measure_normals(whole)
     measure_hollows(whole)
     find_plies(whole, asking)
 
@@ -88,18 +86,14 @@ def copy_plies(part: Part) -> None:
         )
 
 
-def add_normals(part: Part) -> None:
-    """Add up the normals of a part's triangles."""
-    model, state = part.model, part.scattering
-    if not model.ply_pairs:
-        return
-    state.normals.zero_()
-    state.hollows.zero_()
-    for first, count in part.triangles:
+def measure_normals(part: Part) -> None:
+    """Find the normals at a part's vertices."""
+    model, state = part.model, part.moving
+    for first, count in part.vertices if model.ply_pairs else ():
         wp.launch(
-            add_vertex_normals,
+            compute_vertex_normals,
             count,
-            inputs=[first, model.facets.corners, state.x],
+            inputs=[first, model.facets, state.x],
             outputs=[state.normals],
             device=model.device,
         )
@@ -112,25 +106,15 @@ def refit_plies(part: Part) -> None:
             part.model.query_meshes[number].refit()
 
 
-def finish_normals(part: Part) -> None:
-    """Give the normals at a part's vertices the length one."""
-    if part.model.ply_pairs:
-        for first, count in part.vertices:
-            outputs = [part.moving.normals]
-            wp.launch(make_unit, count, inputs=[first], outputs=outputs, device=part.model.device)
-
-
 def measure_hollows(part: Part) -> None:
-    """Find the room on the hollow sides of a part's triangles."""
-    model = part.model
-    if not model.ply_pairs:
-        return
-    for first, count in part.triangles:
+    """Find the room on the hollow sides at a part's vertices."""
+    model, state = part.model, part.moving
+    for first, count in part.vertices if model.ply_pairs else ():
         wp.launch(
-            raise_hollows,
+            compute_hollows,
             count,
-            inputs=[first, model.facets.corners, part.moving.x, part.moving.normals],
-            outputs=[part.scattering.hollows],
+            inputs=[first, model.facets, state.x, state.normals],
+            outputs=[state.hollows],
             device=model.device,
         )
 
@@ -306,22 +290,13 @@ def advance(part: Part) -> None:
     end_step(part.model, part.moving)
 
 
-def gather(part: Part, parts: Sequence[Part], name: str) -> None:
-    """Add to a part's vertices what the other parts have scattered there: "f" or "normals"."""
-    ours = getattr(part.moving, name)
+def gather_forces(part: Part, parts: Sequence[Part]) -> None:
+    """Add to a part's vertices the forces that the other parts have scattered there."""
+    ours = part.moving.f
     for first, count in part.vertices:
         for other in parts[1:]:
-            theirs = getattr(other.scattering, name)
-            wp.launch(take_over, count, inputs=[first, theirs], outputs=[ours], device=ours.device)
-
-
-def gather_hollows(part: Part, parts: Sequence[Part]) -> None:
-    """Raise the hollows at a part's vertices to those that the other parts have found."""
-    ours = part.moving.hollows
-    for first, count in part.vertices:
-        for other in parts[1:]:
-            inputs = [first, other.scattering.hollows]
-            wp.launch(take_larger, count, inputs=inputs, outputs=[ours], device=ours.device)
+            inputs = [first, other.scattering.f]
+            wp.launch(take_over, count, inputs=inputs, outputs=[ours], device=ours.device)
 
 
 def gather_totals(parts: Sequence[Part]) -> None:

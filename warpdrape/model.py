@@ -22,6 +22,7 @@ from warpdrape.kernels.tool_contact import (
 )
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.motion import Float
+from warpdrape.ply_facets import build_facets, open_edge_bits
 from warpdrape.scene import Scene
 from warpdrape.time_step import LumpedMass, choose_step, lump_masses
 from warpdrape.tool import Tool
@@ -31,7 +32,7 @@ SEARCH_BEYOND = 2e-3
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
-ASK_EVERY = 8
+ASK_EVERY = 16
 """Contact searches from one in which every vertex asks for the nearest facet of another ply to the
 next such one; between, it walks from the facet that it remembers."""
 SLOWEST_TOOL = 0.1
@@ -209,7 +210,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
-        facets=_ply_facets(scene, vertices, device),
+        facets=build_facets([ply.mesh.triangles for ply in scene.plies], vertices, device),
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
         surfaces=surfaces,
@@ -231,32 +232,6 @@ def _timing(scene: Scene, step: float, stable: float, frames: int) -> Timing:
     every = 1 if scene.numerics.contact == "exact" else min(max(per_search, 1), 256)
     per_frame = every * math.ceil(scene.duration / (frames * every * step))
     return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame)
-
-
-def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
-    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
-    triangles = np.asarray(triangles)
-    edges = np.stack([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]], 1)
-    key = np.sort(edges, axis=2).astype(np.int64)
-    key = key[..., 0] * (triangles.max() + 1) + key[..., 1]
-    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
-    single = (count[index] == 1).reshape(key.shape)
-    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
-
-
-def border_bits(triangles: np.ndarray) -> np.ndarray:
-    """Bits of `open_edge_bits`, and bit 3 + k where corner k is an end of such an edge, shape [m].
-
-    Args:
-        triangles: vertices, shape [m, 3].
-    """
-    triangles = np.asarray(triangles)
-    edges = open_edge_bits(triangles)
-    at_border = np.zeros(triangles.max() + 1, dtype=bool)
-    for k in range(3):
-        open_there = (edges >> k) & 1 == 1
-        at_border[triangles[open_there][:, [k - 2, k - 1]]] = True
-    return edges + (at_border[triangles] @ np.array([8, 16, 32])).astype(np.int32)
 
 
 def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
@@ -323,34 +298,6 @@ def _floating(scene: Scene, device: str) -> FloatingTools:
     damping = [m.damping if m else 0.0 for m in motions]
     floating.damping = wp.array(damping, dtype=wp.float64, device=device)
     return floating
-
-
-def _across_edges(triangles: np.ndarray) -> np.ndarray:
-    """Triangle beyond the edge across from each corner, −1 where there is none, shape [m, 3]."""
-    edges = np.sort(triangles[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
-    order = np.lexsort(edges.T)
-    same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
-    one, other = order[:-1][same], order[1:][same]
-    beside = np.full(edges.shape[0], -1)
-    beside[one], beside[other] = other // 3, one // 3
-    return beside.reshape(-1, 3)
-
-
-def _ply_facets(scene: Scene, first_vertex: np.ndarray, device: str) -> PlyFacets:
-    corners = np.concatenate(
-        [ply.mesh.triangles + v for ply, v in zip(scene.plies, first_vertex, strict=False)]
-    )
-    borders = [border_bits(ply.mesh.triangles) for ply in scene.plies]
-    fans = np.argsort(corners.ravel(), kind="stable") // 3
-    sizes = np.bincount(corners.ravel(), minlength=first_vertex[-1])
-    beside = _across_edges(corners)
-    facets = PlyFacets()
-    facets.corners = wp.array(corners, dtype=wp.vec3i, device=device)
-    facets.borders = wp.array(np.concatenate(borders), dtype=wp.int32, device=device)
-    facets.beside = wp.array(beside, dtype=wp.vec3i, device=device)
-    facets.first_of_fan = wp.array(np.r_[0, np.cumsum(sizes)], dtype=wp.int32, device=device)
-    facets.fans = wp.array(fans, dtype=wp.int32, device=device)
-    return facets
 
 
 def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:

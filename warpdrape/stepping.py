@@ -40,7 +40,7 @@ def search_sections(*, asking: bool) -> list[Section]:
     Args:
         asking: whether every vertex asks for the facet nearest to it; else it walks there.
     """
-    return [_gather_normals, _measure_hollows, _gather_hollows, partial(_find, asking)]
+    return [_measure_hollows, partial(_find, asking)]
 
 
 def step_sections(count: int) -> list[Section]:
@@ -52,19 +52,8 @@ def step_sections(count: int) -> list[Section]:
     return [_scatter, *(section for end in ends for section in (_move, end))]
 
 
-def _gather_normals(part: Part, parts: Sequence[Part]) -> None:
-    if part.model.ply_pairs:
-        launches.gather(part, parts, "normals")
-        launches.finish_normals(part)
-
-
 def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
     launches.measure_hollows(part)
-
-
-def _gather_hollows(part: Part, parts: Sequence[Part]) -> None:
-    if part.model.ply_pairs:
-        launches.gather_hollows(part, parts)
 
 
 def _find(asking: bool, part: Part, _: Sequence[Part]) -> None:
@@ -78,7 +67,7 @@ def _scatter(part: Part, _: Sequence[Part]) -> None:
 
 
 def _move(part: Part, parts: Sequence[Part]) -> None:
-    launches.gather(part, parts, "f")
+    launches.gather_forces(part, parts)
     launches.add_tool_contact(part)
     launches.advance_plies(part)
 
@@ -161,7 +150,7 @@ class _Job:
 
     def _launch_preparation(self) -> None:
         for part in self._own:
-            launches.add_normals(part)
+            launches.measure_normals(part)
 
     def _launch(self, sections: Sequence[Section]) -> None:
         for section in sections:

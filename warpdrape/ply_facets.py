@@ -1,0 +1,87 @@
+"""What contact between plies knows of their triangles: which lie beside which, and the borders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+
+from warpdrape.kernels.facets import PlyFacets
+
+
+def build_facets(
+    triangles: Sequence[np.ndarray], first_vertex: np.ndarray, device: str
+) -> PlyFacets:
+    """Put the triangles of all plies, one ply after the other, on a device.
+
+    Args:
+        triangles: vertices of each ply's triangles, numbered within the ply, shape [m, 3] each.
+        first_vertex: number of each ply's first vertex, and last of all their total.
+        device: Warp device.
+    """
+    corners = np.concatenate([t + v for t, v in zip(triangles, first_vertex, strict=False)])
+    vertices = int(first_vertex[-1])
+    fan_vertex = corners.ravel()
+    fans = np.argsort(fan_vertex, kind="stable")
+    sides = np.concatenate([corners[:, [k, k - 1]] for k in range(3)])
+    both_ways = np.concatenate([sides, sides[:, ::-1]]).astype(np.int64)
+    ring_vertex, rings = np.divmod(np.unique(both_ways @ (vertices, 1)), vertices)
+
+    def integers(values: np.ndarray, dtype: type = wp.int32) -> wp.array:
+        return wp.array(values, dtype=dtype, device=device)
+
+    facets = PlyFacets()
+    facets.corners = integers(corners, wp.vec3i)
+    facets.borders = integers(np.concatenate([border_bits(t) for t in triangles]))
+    facets.beside = integers(across_edges(corners), wp.vec3i)
+    facets.first_of_fan = integers(_starts(fan_vertex, vertices))
+    facets.fans = integers(fans // 3)
+    facets.first_of_ring = integers(_starts(ring_vertex, vertices))
+    facets.rings = integers(rings)
+    return facets
+
+
+def _starts(owners: np.ndarray, count: int) -> np.ndarray:
+    """Where the entries of each of ``count`` owners begin once they are sorted, and their end."""
+    return np.r_[0, np.cumsum(np.bincount(owners, minlength=count))]
+
+
+def _edge_keys(triangles: np.ndarray) -> np.ndarray:
+    """A number for the edge across from each corner, the same in both triangles, shape [m, 3]."""
+    edges = np.sort(triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).astype(np.int64)
+    return edges[..., 0] * (int(triangles.max()) + 1) + edges[..., 1]
+
+
+def across_edges(triangles: np.ndarray) -> np.ndarray:
+    """Triangle beyond the edge across from each corner, −1 where there is none, shape [m, 3]."""
+    key = _edge_keys(np.asarray(triangles)).ravel()
+    order = np.argsort(key, kind="stable")
+    same = key[order][1:] == key[order][:-1]
+    one, other = order[:-1][same], order[1:][same]
+    beside = np.full(key.size, -1)
+    beside[one], beside[other] = other // 3, one // 3
+    return beside.reshape(-1, 3)
+
+
+def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
+    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
+    key = _edge_keys(np.asarray(triangles))
+    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
+    single = (count[index] == 1).reshape(key.shape)
+    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
+
+
+def border_bits(triangles: np.ndarray) -> np.ndarray:
+    """Bits of `open_edge_bits`, and bit 3 + k where corner k is an end of such an edge, shape [m].
+
+    Args:
+        triangles: vertices, shape [m, 3].
+    """
+    triangles = np.asarray(triangles)
+    edges = open_edge_bits(triangles)
+    at_border = np.zeros(triangles.max() + 1, dtype=bool)
+    for k in range(3):
+        is_open = (edges >> k) & 1 == 1
+        at_border[triangles[is_open][:, [k - 2, k - 1]]] = True
+    return edges + (at_border[triangles] @ np.array([8, 16, 32])).astype(np.int32)
