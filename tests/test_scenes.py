@@ -147,5 +147,5 @@ def test_a_sheet_drapes_over_the_table_as_with_a_search_at_every_step():
 
 
 def test_contact_of_the_table_is_fast_or_exact():
-    with pytest.raises(InputError, match="contact = 'slow'"):
+    with pytest.raises(InputError, match="unknown contact 'slow'; known: exact, fast"):
         circular_table.build(cells=4, contact="slow")

@@ -301,7 +301,7 @@ def test_folder_removed_during_the_run_is_a_failed_run(tmp_path):
     shutil.rmtree(folder)
     with pytest.raises(RunFailed, match="the folder is gone"):
         writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
-    with pytest.raises(RunFailed, match="could not be saved at frame 0.*the folder gone"):
+    with pytest.raises(RunFailed, match=r"could not be saved at frame 0.*the folder gone"):
         writer.close()
 
 
