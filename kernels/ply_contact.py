@@ -27,6 +27,7 @@ class PlyContact:
     normal: wp.vec3d  # towards the vertex's side
     rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
+    mass: wp.float64  # with which the vertex meets the triangle [kg]
 
 
 @wp.struct
@@ -127,11 +128,12 @@ def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp
 
 
 @wp.func
-def effective_mass(contact: PlyContact, mass: wp.array(dtype=wp.float64), i: int) -> wp.float64:
-    """Mass [kg] with which vertex i meets its triangle."""
-    w = contact.weights
-    inverse = w[0] * w[0] / mass[contact.a] + w[1] * w[1] / mass[contact.b]
-    inverse += w[2] * w[2] / mass[contact.c]
+def effective_mass(
+    mass: wp.array(dtype=wp.float64), corners: wp.vec3i, w: wp.vec3d, i: int
+) -> wp.float64:
+    """Mass [kg] with which vertex i meets a triangle at the point of weights w."""
+    inverse = w[0] * w[0] / mass[corners[0]] + w[1] * w[1] / mass[corners[1]]
+    inverse += w[2] * w[2] / mass[corners[2]]
     return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
 
 
@@ -140,14 +142,13 @@ def spring_energy(
     law: ContactLaw,
     contact: PlyContact,
     thickness: wp.float64,
-    mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     i: int,
     spring: wp.vec3d,
 ) -> wp.float64:
     """Energy [J] in the penalty and stick springs of a contact."""
     depth = wp.min(contact_gap(contact, thickness, x, i), wp.float64(0.0))
-    stiffness = law.stiffness * effective_mass(contact, mass, i)
+    stiffness = law.stiffness * contact.mass
     return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
 
 
@@ -214,7 +215,7 @@ def find_ply_contacts(
     had = wp.float64(0.0)
     if contacts[slot].near == 1:
         if stored[slot] > wp.float64(0.0):
-            had = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
+            had = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
         before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
     nearest = no_facet()
@@ -265,10 +266,11 @@ def find_ply_contacts(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     contacts[slot].rise = rise
+    contacts[slot].mass = effective_mass(mass, corners, w, i)
     allowance = search.keep * wp.max(before - gap, wp.float64(0.0))
     contacts[slot].allowance = allowance
     if had > wp.float64(0.0):
-        has = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
+        has = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
         lost[i] += wp.vec3d(wp.float64(0.0), wp.max(had - has, wp.float64(0.0)), wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
@@ -281,7 +283,6 @@ def add_ply_forces(
     thickness: wp.float64,
     first_vertex: int,
     first_slot: int,
-    mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     contacts: wp.array(dtype=PlyContact),
@@ -300,7 +301,6 @@ def add_ply_forces(
         thickness: distance of the mid-surfaces in contact [m].
         first_vertex: of the searching ply.
         first_slot: of its contacts with the other ply.
-        mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: shape [slot].
@@ -321,18 +321,25 @@ def add_ply_forces(
             springs[slot] = wp.vec3d()
             dashpots[slot] = wp.float64(0.0)
         return
-    a = contacts[slot].a
-    b = contacts[slot].b
-    c = contacts[slot].c
-    w = contacts[slot].weights
-    normal = contacts[slot].normal
-    gap = contact_gap(contacts[slot], thickness, x, i)
-    old = springs[slot]
+    contact = contacts[slot]
+    gap = contact_gap(contact, thickness, x, i)
     if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return
+    a = contact.a
+    b = contact.b
+    c = contact.c
+    w = contact.weights
     velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
-    effective = effective_mass(contacts[slot], mass, i)
-    t = contact_traction(law, effective, friction, gap, normal, velocity, old, dashpots[slot])
+    t = contact_traction(
+        law,
+        contact.mass,
+        friction,
+        gap,
+        contact.normal,
+        velocity,
+        springs[slot],
+        dashpots[slot],
+    )
     springs[slot] = t.spring
     dashpots[slot] = t.dashpot
     stored[slot] = t.stored

@@ -184,7 +184,6 @@ def add_ply_contact(part: Part) -> None:
                 look.pair.faces.thickness,
                 look.first_vertex,
                 look.first_slot,
-                model.mass,
                 state.x,
                 state.v,
                 state.ply_contacts,
