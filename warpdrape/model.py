@@ -22,7 +22,7 @@ from warpdrape.kernels.tool_contact import (
 )
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.motion import Float
-from warpdrape.ply_facets import build_facets, open_edge_bits
+from warpdrape.ply_facets import build_facets, facet_hollows, open_edge_bits
 from warpdrape.scene import Scene
 from warpdrape.time_step import LumpedMass, choose_step, lump_masses
 from warpdrape.tool import Tool
@@ -32,6 +32,8 @@ SEARCH_BEYOND = 2e-3
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
+FACET_SERVES = 4.0
+"""… and for which the nearest facet may, as long as none beside it can have become nearer [-]."""
 ASK_EVERY = 16
 """Contact searches from one in which every vertex asks for the nearest facet of another ply to the
 next such one; between, it walks from the facet that it remembers."""
@@ -266,6 +268,9 @@ def _tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], Tool
     surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
     sag = [largest_sag(tool) for tool in scene.tools]
     surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
+    hollow = [facet_hollows(tool.vertices, tool.triangles) for tool in scene.tools]
+    hollow = np.concatenate(hollow or [np.zeros(0)])
+    surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
@@ -331,6 +336,7 @@ def _tool_search(scene: Scene) -> ToolSearch:
     search.reach = near_reach(scene)
     search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
     search.keep = PLANE_SERVES * scene.numerics.search_slide
+    search.trust = FACET_SERVES * scene.numerics.search_slide
     search.plain = int(scene.numerics.contact == "exact")
     return search
 
@@ -401,6 +407,7 @@ def _nothing_asked(slots: int, device: str) -> wp.array:
     """Queries that leave no vertex a way to move before it is asked, shape [slot]."""
     queries = np.zeros(slots, dtype=ToolQuery.numpy_dtype())
     queries["distance"] = math.inf
+    queries["facet"] = -1
     return wp.array(queries, dtype=ToolQuery, device=device)
 
 

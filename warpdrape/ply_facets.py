@@ -85,3 +85,34 @@ def border_bits(triangles: np.ndarray) -> np.ndarray:
         is_open = (edges >> k) & 1 == 1
         at_border[triangles[is_open][:, [k - 2, k - 1]]] = True
     return edges + (at_border[triangles] @ np.array([8, 16, 32])).astype(np.int32)
+
+
+def facet_hollows(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """How far from a facet's edges a point must lie for no facet beside it to be nearer, shape [m].
+
+    Beyond an edge that rises by φ nearer facets begin d tan φ inside of it, d the distance. Over an
+    edge of length l that is a corner's weight of d tan φ l/2A; this is tan φ l/2A at its largest.
+
+    Args:
+        points: vertices [m], shape [n, 3].
+        triangles: vertices, counter-clockwise seen from outside, shape [m, 3].
+
+    Returns:
+        Weight of a corner over the distance [1/m]: 0 where all fall away, infinite from φ = 90° on.
+    """
+    points, triangles = np.asarray(points), np.asarray(triangles)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    area = np.cross(b - a, c - a)
+    twice = np.linalg.norm(area, axis=1)
+    longest = np.sqrt(np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], 0))
+    steepest = np.zeros(len(triangles))
+    for other in across_edges(triangles).T:
+        rise = ((points[triangles[other]] - a[:, None]) * area[:, None]).sum(axis=2).max(axis=1)
+        cosine = np.einsum("ij,ij->i", area, area[other])
+        sine = np.linalg.norm(np.cross(area, area[other]), axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = np.where(cosine > 0.0, sine / cosine, np.inf)
+        steepest = np.where((other >= 0) & (rise > 0.0), np.maximum(steepest, slope), steepest)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        hollow = steepest * longest / twice
+    return np.where(np.isfinite(hollow), hollow, np.inf)
