@@ -238,8 +238,9 @@ def test_neighbours_fans_and_rings_are_those_of_brute_force(device):
 
 def test_border_bits_name_edges_and_corners():
     # Two triangles on a square, 0-2 their common edge: all corners lie on the border.
-    assert border_bits(np.array([[0, 1, 2], [0, 2, 3]])).tolist() == [0b111101, 0b111011]
+    square = np.array([[0, 1, 2], [0, 2, 3]])
+    assert border_bits(square, across_edges(square)).tolist() == [0b111101, 0b111011]
     # A hexagon's fan: the middle does not.
     fan = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
-    assert border_bits(fan).tolist() == [0b110001] * 6
+    assert border_bits(fan, across_edges(fan)).tolist() == [0b110001] * 6
     assert (across_edges(fan)[:, 0] == -1).all() and (across_edges(fan)[:, 1:] >= 0).all()
