@@ -74,13 +74,6 @@ def take_over(first: int, theirs: wp.array(dtype=wp.vec3d), ours: wp.array(dtype
 
 
 @wp.kernel(enable_backward=False)
-def take_larger(first: int, theirs: wp.array(dtype=wp.vec2d), ours: wp.array(dtype=wp.vec2d)):
-    """Raise our entries to those of another part; one thread an entry from ``first``."""
-    i = first + wp.tid()
-    ours[i] = wp.max(ours[i], theirs[i])
-
-
-@wp.kernel(enable_backward=False)
 def raise_to(theirs: wp.array(dtype=wp.float64), ours: wp.array(dtype=wp.float64)):
     """Raise our entries to those of another part; one thread an entry."""
     i = wp.tid()

@@ -1,14 +1,18 @@
 """Contact between plies: each ply's vertices against the other's triangles, stacking order kept.
 
-`find_ply_contacts` runs every few steps with Warp's mesh query; `add_ply_forces` runs every step on
-the triangle, weights and normal it found. A contact is a vertex of one ply and a triangle of
+`find_ply_contacts` runs every few steps and finds the nearest triangle; `add_ply_forces` runs every
+step on the weights and normal it found there. A contact is a vertex of one ply and a triangle of
 another; `side` is +1 where the vertex's ply lies above the triangle's, and never changes.
 """
 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .surface import barycentric, edge_sag, facet_slope, is_on_border, to_single, weighted
+from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .surface import edge_sag, facet_slope, to_single, weighted
+
+MOST_WAITS = wp.constant(wp.float64(100.0))
+"""Searches that may leave a vertex out, at most."""
 
 
 @wp.struct
@@ -23,6 +27,25 @@ class PlyContact:
     normal: wp.vec3d  # towards the vertex's side
     rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
+    mass: wp.float64  # with which the vertex meets the triangle [kg]
+
+
+@wp.struct
+class PlyMemory:
+    """What the search of a vertex for another ply remembers; zero at first."""
+
+    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
+    wait: wp.int32  # searches until which it cannot have come near
+
+
+@wp.struct
+class PlySearch:
+    """How a search looks."""
+
+    asks: wp.int32  # 1 to ask for every vertex; 0 to walk from what it remembers
+    reach: wp.float64  # distance beyond the thickness that counts as near [m]
+    radius: wp.float64  # of the mesh query [m]
+    keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
 
 
 @wp.struct
@@ -43,49 +66,56 @@ def copy_to_single(first: int, x: wp.array(dtype=wp.vec3d), points: wp.array(dty
 
 
 @wp.kernel(enable_backward=False)
-def add_vertex_normals(
+def compute_vertex_normals(
     first: int,
-    triangles: wp.array2d(dtype=wp.int32),
+    facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
-    """Add area-weighted triangle normals to their vertices; one thread a triangle, from first."""
-    t = first + wp.tid()
-    a = triangles[t, 0]
-    b = triangles[t, 1]
-    c = triangles[t, 2]
-    n = wp.cross(x[b] - x[a], x[c] - x[a])
-    wp.atomic_add(normals, a, n)
-    wp.atomic_add(normals, b, n)
-    wp.atomic_add(normals, c, n)
+    """Compute unit vertex normals, weighted by area; one thread a vertex, from first.
+
+    Args:
+        first: number of the first vertex.
+        facets: of all plies.
+        x: positions [m], shape [vertex].
+        normals: shape [vertex]; overwritten.
+    """
+    i = first + wp.tid()
+    n = wp.vec3d()
+    for k in range(facets.first_of_fan[i], facets.first_of_fan[i + 1]):
+        at = facets.corners[facets.fans[k]]
+        a = x[at[0]]
+        n += wp.cross(x[at[1]] - a, x[at[2]] - a)
+    normals[i] = wp.normalize(n)
 
 
 @wp.kernel(enable_backward=False)
-def raise_hollows(
+def compute_hollows(
     first: int,
-    triangles: wp.array2d(dtype=wp.int32),
+    facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
 ):
-    """Raise the vertices' ``hollows`` to the sags of their edges; one thread a triangle.
+    """Compute the largest sags of the edges at a vertex; one thread a vertex, from first.
 
     Args:
-        first: number of the first triangle.
-        triangles: vertices, shape [triangle, 3].
+        first: number of the first vertex.
+        facets: of all plies.
         x: positions [m], shape [vertex].
-        normals: vertex normals, any length, shape [vertex].
+        normals: unit vertex normals, shape [vertex].
         hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
-            shape [vertex]; raised.
+            shape [vertex]; overwritten.
     """
-    t = first + wp.tid()
-    for corner in range(3):
-        i = triangles[t, corner]
-        j = triangles[t, (corner + 1) % 3]
-        dome = edge_sag(x[i], x[j], wp.normalize(normals[i]), wp.normalize(normals[j]))
-        room = wp.vec2d(wp.max(-dome, wp.float64(0.0)), wp.max(dome, wp.float64(0.0)))
-        wp.atomic_max(hollows, i, room)
-        wp.atomic_max(hollows, j, room)
+    i = first + wp.tid()
+    above = wp.float64(0.0)
+    below = wp.float64(0.0)
+    for k in range(facets.first_of_ring[i], facets.first_of_ring[i + 1]):
+        j = facets.rings[k]
+        dome = edge_sag(x[i], x[j], normals[i], normals[j])
+        above = wp.max(above, -dome)
+        below = wp.max(below, dome)
+    hollows[i] = wp.vec2d(above, below)
 
 
 @wp.func
@@ -98,11 +128,12 @@ def contact_gap(contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp
 
 
 @wp.func
-def effective_mass(contact: PlyContact, mass: wp.array(dtype=wp.float64), i: int) -> wp.float64:
-    """Mass [kg] with which vertex i meets its triangle."""
-    w = contact.weights
-    inverse = w[0] * w[0] / mass[contact.a] + w[1] * w[1] / mass[contact.b]
-    inverse += w[2] * w[2] / mass[contact.c]
+def effective_mass(
+    mass: wp.array(dtype=wp.float64), corners: wp.vec3i, w: wp.vec3d, i: int
+) -> wp.float64:
+    """Mass [kg] with which vertex i meets a triangle at the point of weights w."""
+    inverse = w[0] * w[0] / mass[corners[0]] + w[1] * w[1] / mass[corners[1]]
+    inverse += w[2] * w[2] / mass[corners[2]]
     return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
 
 
@@ -111,35 +142,32 @@ def spring_energy(
     law: ContactLaw,
     contact: PlyContact,
     thickness: wp.float64,
-    mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     i: int,
     spring: wp.vec3d,
 ) -> wp.float64:
     """Energy [J] in the penalty and stick springs of a contact."""
     depth = wp.min(contact_gap(contact, thickness, x, i), wp.float64(0.0))
-    stiffness = law.stiffness * effective_mass(contact, mass, i)
+    stiffness = law.stiffness * contact.mass
     return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
 
 
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
     law: ContactLaw,
+    search: PlySearch,
+    facets: PlyFacets,
     faces: PlyFaces,
     pair: int,
     first_vertex: int,
     first_slot: int,
-    reach: wp.float64,
-    radius: wp.float64,
-    keep: wp.float64,
-    triangles: wp.array2d(dtype=wp.int32),
-    open_edges: wp.array(dtype=wp.int32),
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
     springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    memory: wp.array(dtype=PlyMemory),
     contacts: wp.array(dtype=PlyContact),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
@@ -153,25 +181,24 @@ def find_ply_contacts(
     past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
     the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
     the difference is allowed for and fades, so that forces stay continuous. Where it jumps out,
-    what the springs lose counts as contact damping.
+    what the springs lose counts as contact damping. A vertex that is far is left out of walks until
+    it can have come near, at the speed for which ``reach`` suffices from search to search.
 
     Args:
         law: contact law.
+        search: how to look.
+        facets: of all plies.
         faces: the searched ply.
         pair: number of the pair of plies.
         first_vertex: of the searching ply.
         first_slot: where its contacts with the searched ply are kept.
-        reach: distance beyond the thickness that counts as near [m].
-        radius: of the mesh query [m].
-        keep: share of an allowed penetration that lasts until the next search [-].
-        triangles: vertices, shape [triangle, 3].
-        open_edges: bits of the edges that border the ply, shape [triangle].
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
-        normals: vertex normals, any length, shape [vertex].
+        normals: unit vertex normals, shape [vertex].
         hollows: room on the hollow sides, above and below [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
+        memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration so far [m], what is allowed included, shape [pair]; raised.
@@ -180,25 +207,33 @@ def find_ply_contacts(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
+    if memory[slot].wait > 0 and search.asks == 0:
+        memory[slot].wait -= 1
+        return
+    memory[slot].wait = 0
     before = wp.float64(0.0)
     had = wp.float64(0.0)
     if contacts[slot].near == 1:
         if stored[slot] > wp.float64(0.0):
-            had = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
+            had = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
         before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
-    query = wp.mesh_query_point_no_sign(faces.mesh, to_single(x[i]), float(radius))
-    if not query.result:
+    nearest = no_facet()
+    if search.asks == 1:
+        first = faces.first_triangle
+        nearest = ask_for_nearest(facets, faces.mesh, first, search.radius, x, i)
+    elif memory[slot].seen > 0:
+        nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, i)
+    memory[slot].seen = nearest.facet + 1
+    if nearest.facet < 0:
         return
-    t = faces.first_triangle + query.face
-    a = triangles[t, 0]
-    b = triangles[t, 1]
-    c = triangles[t, 2]
-    w = barycentric(x[a], x[b], x[c], x[i])
-    offset = x[i] - weighted(w, x[a], x[b], x[c])
-    outward = faces.side * wp.normalize(
-        weighted(w, wp.normalize(normals[a]), wp.normalize(normals[b]), wp.normalize(normals[c]))
-    )
+    corners = facets.corners[nearest.facet]
+    a = corners[0]
+    b = corners[1]
+    c = corners[2]
+    w = nearest.weights
+    offset = nearest.offset
+    outward = faces.side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
     height = wp.dot(offset, outward)
     aside = offset - height * outward
     beyond = wp.length(aside)
@@ -207,7 +242,7 @@ def find_ply_contacts(
     over = faces.thickness - wp.dot(w, room)
     normal = outward
     gap = height - over
-    if is_on_border(w, open_edges[t]) and beyond > wp.float64(0.0):
+    if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
         if height < -wp.float64(0.5) * faces.thickness:
             return
         if beyond > faces.thickness:
@@ -221,7 +256,8 @@ def find_ply_contacts(
         normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
         gap = distance - over
     rise = wp.dot(normal, offset) - gap - faces.thickness
-    if gap > reach:
+    if gap > search.reach:
+        memory[slot].wait = int(wp.min(gap / search.reach, MOST_WAITS)) - 1
         return
     contacts[slot].near = 1
     contacts[slot].a = a
@@ -230,10 +266,11 @@ def find_ply_contacts(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     contacts[slot].rise = rise
-    allowance = keep * wp.max(before - gap, wp.float64(0.0))
+    contacts[slot].mass = effective_mass(mass, corners, w, i)
+    allowance = search.keep * wp.max(before - gap, wp.float64(0.0))
     contacts[slot].allowance = allowance
     if had > wp.float64(0.0):
-        has = spring_energy(law, contacts[slot], faces.thickness, mass, x, i, springs[slot])
+        has = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
         lost[i] += wp.vec3d(wp.float64(0.0), wp.max(had - has, wp.float64(0.0)), wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
@@ -246,7 +283,6 @@ def add_ply_forces(
     thickness: wp.float64,
     first_vertex: int,
     first_slot: int,
-    mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     contacts: wp.array(dtype=PlyContact),
@@ -265,7 +301,6 @@ def add_ply_forces(
         thickness: distance of the mid-surfaces in contact [m].
         first_vertex: of the searching ply.
         first_slot: of its contacts with the other ply.
-        mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: shape [slot].
@@ -286,18 +321,25 @@ def add_ply_forces(
             springs[slot] = wp.vec3d()
             dashpots[slot] = wp.float64(0.0)
         return
-    a = contacts[slot].a
-    b = contacts[slot].b
-    c = contacts[slot].c
-    w = contacts[slot].weights
-    normal = contacts[slot].normal
-    gap = contact_gap(contacts[slot], thickness, x, i)
-    old = springs[slot]
+    contact = contacts[slot]
+    gap = contact_gap(contact, thickness, x, i)
     if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return
+    a = contact.a
+    b = contact.b
+    c = contact.c
+    w = contact.weights
     velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
-    effective = effective_mass(contacts[slot], mass, i)
-    t = contact_traction(law, effective, friction, gap, normal, velocity, old, dashpots[slot])
+    t = contact_traction(
+        law,
+        contact.mass,
+        friction,
+        gap,
+        contact.normal,
+        velocity,
+        springs[slot],
+        dashpots[slot],
+    )
     springs[slot] = t.spring
     dashpots[slot] = t.dashpot
     stored[slot] = t.stored

@@ -120,8 +120,9 @@ def edge_sag(a: wp.vec3d, b: wp.vec3d, na: wp.vec3d, nb: wp.vec3d) -> wp.float64
     """Height [m] of the arc over the chord from a to b, ⅛ (a − b)·(n_a − n_b); unit normals."""
     along = a - b
     sag = wp.float64(0.125) * wp.dot(along, na - nb)
-    limit = STEEPEST * wp.length(along)
-    return wp.clamp(sag, -limit, limit)
+    if sag * sag > STEEPEST * STEEPEST * wp.length_sq(along):
+        return wp.sign(sag) * STEEPEST * wp.length(along)
+    return sag
 
 
 @wp.func

@@ -47,7 +47,9 @@ class ToolQuery:
 
     at: wp.vec3d  # where it was, tool frame [m]
     distance: wp.float64  # from the facets [m]
-    way: wp.float64  # that it may move before it is asked again or, if free, comes near [m]
+    way: wp.float64  # that it may move before it is looked at again or, if free, comes near [m]
+    facet: wp.int32  # the nearest one, −1 if none
+    asked: wp.vec3d  # where the whole tool was asked for it, tool frame [m]
 
 
 @wp.struct
@@ -58,6 +60,7 @@ class ToolSearch:
     radius: wp.float64  # m, of the mesh query
     keep: wp.float64  # m, way in the tool's frame for which a plane serves
     ahead: wp.float64  # s, for which a free vertex is followed at its present speed
+    trust: wp.float64  # m, way for which the nearest facet may serve
     plain: wp.int32  # 1 to ask for every vertex at every search, as far as it looks
 
 
@@ -71,6 +74,7 @@ class ToolSurfaces:
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
     open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [facet]
     sag: wp.array(dtype=wp.float64)  # by which facets may lie inside the surface [m], shape [tool]
+    hollow: wp.array(dtype=wp.float64)  # weight over distance beyond `facet_hollows` [1/m], [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
 
@@ -119,6 +123,29 @@ def nearest_facet(
         if query.result:
             return surfaces.first_facet[tool] + query.face
     return -1
+
+
+@wp.func
+def is_still_nearest(surfaces: ToolSurfaces, facet: int, at: wp.vec3d) -> bool:
+    """Whether a facet that was nearest must be so still, of those near it.
+
+    So it is if the point lies over its inside, and by more from its edges than d tan φ, where those
+    beside it rise by φ at most and d is the distance.
+    """
+    if facet < 0:
+        return False
+    a = surfaces.corners[facet, 0]
+    ab = surfaces.corners[facet, 1] - a
+    ac = surfaces.corners[facet, 2] - a
+    r = at - a
+    n = wp.cross(ab, ac)
+    area_sq = wp.length_sq(n)  # twice the area, squared
+    of_b = wp.dot(wp.cross(r, ac), n)
+    of_c = wp.dot(wp.cross(ab, r), n)
+    height = wp.dot(r, n)  # times twice the area, as the weights are times its square
+    least = wp.min(area_sq - of_b - of_c, wp.min(of_b, of_c))
+    zero = wp.float64(0.0)
+    return height > zero and least > surfaces.hollow[facet] * height * wp.sqrt(area_sq)
 
 
 @wp.func
@@ -195,6 +222,8 @@ def find_tool_contacts(
     A vertex is asked anew once it has moved as far as its plane serves, or where, at its speed, it
     may come near a tool before the next search: a sheet that snaps is faster than its tools. No
     facet can be farther than the last one was, plus the way since: that bounds the query.
+    Where the facet must still be the nearest, of those near it, its plane is renewed without a
+    query.
 
     Args:
         first: number of the first vertex.
@@ -231,11 +260,21 @@ def find_tool_contacts(
             bound = queries[slot].distance + moved
             if search.plain == 1:
                 bound = search.radius
-            facet = nearest_facet(surfaces, tool, at, bound, search.radius)
-            if facet >= 0:
+            facet = queries[slot].facet
+            served = held and wp.length(at - queries[slot].asked) < search.trust
+            if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
                 plane, distance = tangent_plane(
                     surfaces, tool, facet, at, offset[i], near, ahead, held
                 )
+            if not is_near(plane):
+                facet = nearest_facet(surfaces, tool, at, bound, search.radius)
+                queries[slot].facet = facet
+                queries[slot].asked = at
+                distance = search.radius
+                if facet >= 0:
+                    plane, distance = tangent_plane(
+                        surfaces, tool, facet, at, offset[i], near, ahead, held
+                    )
             queries[slot].at = at
             queries[slot].distance = distance
             queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)

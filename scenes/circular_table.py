@@ -49,6 +49,7 @@ def build(
     duration: float = 1.0,
     damping: float = 6.0,
     friction: float = 0.3,
+    contact: str = "fast",
 ) -> Scene:
     """Build the sheet on the table.
 
@@ -60,6 +61,7 @@ def build(
         duration: simulated time [s].
         damping: mass-proportional damping rate [1/s].
         friction: Coulomb coefficient of sheet on table [-].
+        contact: "fast", or "exact" to search for every vertex at every step.
     """
     parameters = dict(locals())
     one_of("case", case, CASES)
@@ -70,7 +72,9 @@ def build(
         tools=[Tool.table(radius=table_radius, edge_radius=EDGE_RADIUS, depth=sheet_size)],
         duration=duration,
         friction=friction,
-        numerics=Numerics(damping=damping, search_slide=0.15 * mm, contact_share=0.1),
+        numerics=Numerics(
+            damping=damping, search_slide=0.15 * mm, contact_share=0.1, contact=contact
+        ),
         parameters=parameters,
         report=lambda result: {"table": drape_measures(result, table_radius)},
     )

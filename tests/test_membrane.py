@@ -63,7 +63,9 @@ def off_kinks(case, ply, x, membrane, shape, device):
     strain = measured(membrane, x, device)[0]
     near = np.abs(strain[:, :, None] - np.array(strain_kinks)).min(axis=(1, 2)) < GAP
     if len(shear_kinks):
-        angle = np.abs(yarn_state(ply, x)[2])
+        gradients = membrane.gradients.numpy()
+        state = yarn_state(x, ply.mesh.triangles, gradients, ply.fabric.yarn_angle)
+        angle = np.abs(state[2])
         near |= np.abs(angle[:, None] - shear_kinks).min(axis=1) < GAP
     return ~near.reshape(-1, len(SHAPES[shape][1])).any(axis=1)
 

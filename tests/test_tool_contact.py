@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from contact_oracle import nearest_on_triangles
 from law_checks import fabric
 
 from warpdrape.laws import LinearTension
@@ -198,6 +199,44 @@ def test_a_fast_search_leaves_planes_as_a_plain_one_finds_them(device):
         np.testing.assert_allclose(gap[touching], true_gap[touching], atol=fall)
         touched += (true_gap[touching] < 0.0).sum()
     assert touched > 0.05 * 100 * len(x) and asked < 0.6 * 100 * len(x)
+
+
+RING = {"outer_radius": 0.12, "facet": 5e-3}
+TOOLS = {
+    "die": Tool.die(hole_radius=0.078, edge_radius=0.01, depth=0.03, **RING),
+    "holder": Tool.blank_holder(hole_radius=0.088, **RING),
+    "punch": Tool.punch(radius=RADIUS, facet=5e-3),
+}
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_facet_that_serves_on_is_the_nearest_still(name, device):
+    """Vertices slide over bowls, domes and saddles: no facet is nearer than the one kept."""
+    tool = TOOLS[name]
+    model, state = searcher([tool], device, cells=12)
+    slide, rng = model.scene.numerics.search_slide, np.random.default_rng(6)
+    corners = tool.vertices[tool.triangles]
+    weights = rng.dirichlet([1.0] * 3, len(model.masses.mass))
+    start = corners[rng.integers(0, len(corners), len(weights))]
+    out = np.cross(start[:, 1] - start[:, 0], start[:, 2] - start[:, 0])
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    x = (weights[:, :, None] * start).sum(axis=1)
+    x += (HALF + rng.uniform(-1e-5, 1.5e-4, len(x)))[:, None] * out
+    way = rng.uniform(-1.0, 1.0, x.shape)
+    served = 0
+    for _ in range(12):
+        x = x + 0.7 * slide * way
+        before = state.tool_queries.numpy().copy()
+        state.x.assign(x)
+        search_contacts(model, state)
+        after = state.tool_queries.numpy()
+        looked, asked = ((before[f] != after[f]).any(axis=1) for f in ("at", "asked"))
+        on = np.flatnonzero(looked & ~asked)
+        nearest, *_ = nearest_on_triangles(x[on], corners, k=300)
+        apart = np.linalg.norm(x[on] - nearest, axis=1)
+        np.testing.assert_allclose(after["distance"][on], apart, atol=1e-9)
+        served += len(on)
+    assert served > 2 * len(x)
 
 
 @pytest.mark.parametrize("facet", [3e-3, 7.8e-3])

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 from synthetic_run import ANGLES_DEG, FRAMES, STROKE_S, frames_at, shapes, write_run
+from test_engine import small_press
 
+from warpdrape import usd
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.usd import PlyShape, UsdWriter
 from warpdrape.usd_stage import TIME_ATTRIBUTE, shear_color
@@ -141,6 +143,7 @@ def test_killed_run_leaves_its_frames(tmp_path):
     code = (
         "import os, sys; sys.path.insert(0, 'tests')\n"
         "from test_usd import *\n"
+        "from warpdrape import usd; usd.SAVE_EVERY = 0.0\n"
         "writer = writer_in(Path(sys.argv[1]))\n"
         "for k in range(3): writer.write(k, 0.01 * k, frames_at(k / 3), [[0, 0, -k]])\n"
         "os._exit(9)"
@@ -157,6 +160,36 @@ def test_killed_run_leaves_its_frames(tmp_path):
     assert points.GetTimeSamples() == [0.0, 1.0, 2.0]
     np.testing.assert_allclose(np.array(points.Get(2)), frames_at(2 / 3)[2].points, atol=1e-7)
     assert stage.GetEndTimeCode() == 2.0
+
+
+def test_frames_that_come_fast_are_saved_together(tmp_path, monkeypatch):
+    now, save, saved = [100.0], Sdf.Layer.Save, []
+    monkeypatch.setattr(usd.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(Sdf.Layer, "Save", lambda layer: saved.append(now[0]) or save(layer))
+    with writer_in(tmp_path) as writer:
+        for k in range(8):
+            now[0] += 0.4 * usd.SAVE_EVERY
+            writer.write(k, 0.01 * k, frames_at(k / 8), [[0, 0, 0]])
+    # Opened, the third and the sixth frame, and the last two when it is closed.
+    assert (np.round((np.array(saved) - 100.0) / usd.SAVE_EVERY, 1) == [0.0, 1.2, 2.4, 3.2]).all()
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies/ply_1")).GetPointsAttr()
+    assert points.GetTimeSamples() == list(range(8))
+
+
+def test_a_disk_that_fills_at_the_end_is_a_failed_run(tmp_path, monkeypatch):
+    save, calls = Sdf.Layer.Save, []
+
+    def full(layer):
+        calls.append(layer)
+        return save(layer) if len(calls) == 1 else Tf.RaiseRuntimeError("no space left")
+
+    monkeypatch.setattr(Sdf.Layer, "Save", full)
+    monkeypatch.setattr(usd, "SAVE_EVERY", 1e9)
+    out = tmp_path / "run"
+    result = small_press(duration=4e-4).run(out, frames=2)
+    assert not result.completed and "is lost: is the disk full" in result.summary["message"]
+    assert sorted(f.name for f in out.iterdir()) == ["history.csv", "run.json", "summary.json"]
 
 
 def test_failing_run_keeps_its_frames_under_the_final_name(tmp_path):
@@ -268,11 +301,12 @@ def test_folder_removed_during_the_run_is_a_failed_run(tmp_path):
     shutil.rmtree(folder)
     with pytest.raises(RunFailed, match="the folder is gone"):
         writer.write(1, 0.1, frames_at(0.1), [[0, 0, 0]])
-    with pytest.raises(RunFailed, match="could not be renamed"):
+    with pytest.raises(RunFailed, match=r"could not be saved at frame 0.*the folder gone"):
         writer.close()
 
 
 def test_spoilt_file_never_gets_the_final_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(usd, "SAVE_EVERY", 0.0)
     with writer_in(tmp_path) as writer:
         writer.write(0, 0.0, frames_at(0.0), [[0, 0, 0]])
         monkeypatch.setattr(Sdf.Layer, "Save", lambda _: Tf.RaiseRuntimeError("no space left"))

@@ -93,15 +93,15 @@ def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies
     """
     scene = model.scene
     x, v = state.x.numpy(), state.v.numpy()
-    lost = state.lost.numpy().sum(axis=0)
+    lost = np.einsum("ij->j", state.lost.numpy())
     floats = model.floating.floats.numpy() == 1
     tool_speed = (state.tool_velocity.numpy() ** 2).sum(axis=1)
     tool_kinetic = 0.5 * (model.floating.mass.numpy() * tool_speed)[floats].sum()
-    square = (v**2).sum(axis=1)
+    square = np.einsum("ij,ij->i", v, v)
     gravity = np.asarray(scene.gravity, dtype=float)
     weighing = model.masses.mass - model.masses.added
-    fallen = ((x - model.rest.numpy()) * weighing[:, None]).sum(axis=0)
-    yarn, shear, stabiliser = membrane_energy.sum(axis=0)
+    fallen = np.einsum("i,ij->j", weighing, x - model.rest.numpy())
+    yarn, shear, stabiliser = np.einsum("ij->j", membrane_energy)
     return Energies(
         kinetic=float(0.5 * (model.masses.mass * square).sum() + tool_kinetic),
         yarn=float(yarn),

@@ -13,17 +13,18 @@ from warpdrape.kernels.motion import (
     advance_vertices,
     count_step,
 )
-from warpdrape.kernels.parts import note_runaway, raise_to, take_larger, take_over
+from warpdrape.kernels.parts import note_runaway, raise_to, take_over
 from warpdrape.kernels.ply_contact import (
+    PlySearch,
     add_ply_forces,
-    add_vertex_normals,
+    compute_hollows,
+    compute_vertex_normals,
     copy_to_single,
     find_ply_contacts,
-    raise_hollows,
 )
 from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.membrane import launch_loads
-from warpdrape.model import Model, State, near_reach
+from warpdrape.model import ASK_EVERY, Model, State, near_reach
 from warpdrape.partition import Part
 
 FADING = 2e-4
@@ -65,36 +66,44 @@ def search_tools(part: Part) -> None:
         )
 
 
-def search_plies(whole: Part) -> None:
-    """Find which triangles of other plies each vertex may touch until the next search."""
-    prepare_ply_search(whole)
-    refit_plies(whole)
+def search_plies(whole: Part, *, asking: bool = True) -> None:
+    """Find which triangles of other plies each vertex may touch until the next search.
+
+    Args:
+        whole: a part that is the whole.
+        asking: whether every vertex asks for the nearest one; else it walks from the one before.
+    """
+    if asking:
+        copy_plies(whole)
+        refit_plies(whole)
+    measure_normals(whole)
     measure_hollows(whole)
-    find_plies(whole)
+    find_plies(whole, asking)
 
 
-def prepare_ply_search(part: Part) -> None:
-    """Copy positions of a part's plies into their query meshes; add its triangles' normals."""
-    model, state = part.model, part.scattering
-    if not model.ply_pairs:
-        return
-    state.normals.zero_()
-    state.hollows.zero_()
-    for first, count in part.triangles:
-        wp.launch(
-            add_vertex_normals,
-            count,
-            inputs=[first, model.triangles, state.x],
-            outputs=[state.normals],
-            device=model.device,
-        )
-    for number in part.plies:
+def copy_plies(part: Part) -> None:
+    """Copy positions of a part's plies into their query meshes."""
+    model = part.model
+    for number in part.plies if model.ply_pairs else ():
         membrane = model.membranes[number]
         wp.launch(
             copy_to_single,
             membrane.vertex_count,
-            inputs=[membrane.first_vertex, state.x],
+            inputs=[membrane.first_vertex, part.moving.x],
             outputs=[model.query_meshes[number].points],
+            device=model.device,
+        )
+
+
+def measure_normals(part: Part) -> None:
+    """Find the normals at a part's vertices."""
+    model, state = part.model, part.moving
+    for first, count in part.vertices if model.ply_pairs else ():
+        wp.launch(
+            compute_vertex_normals,
+            count,
+            inputs=[first, model.facets, state.x],
+            outputs=[state.normals],
             device=model.device,
         )
 
@@ -107,41 +116,47 @@ def refit_plies(part: Part) -> None:
 
 
 def measure_hollows(part: Part) -> None:
-    """Find the room on the hollow sides of a part's triangles."""
-    model = part.model
-    if not model.ply_pairs:
-        return
-    for first, count in part.triangles:
+    """Find the room on the hollow sides at a part's vertices."""
+    model, state = part.model, part.moving
+    for first, count in part.vertices if model.ply_pairs else ():
         wp.launch(
-            raise_hollows,
+            compute_hollows,
             count,
-            inputs=[first, model.triangles, part.moving.x, part.moving.normals],
-            outputs=[part.scattering.hollows],
+            inputs=[first, model.facets, state.x, state.normals],
+            outputs=[state.hollows],
             device=model.device,
         )
 
 
-def find_plies(part: Part) -> None:
+def ply_search(model: Model, thickness: float, asking: bool) -> PlySearch:
+    """How far a search looks for plies that touch at a thickness [m].
+
+    What it does not see must not come near before it asks again.
+    """
+    search = PlySearch()
+    search.asks = int(asking)
+    search.reach = near_reach(model.scene)
+    beyond = max(3.0 * thickness + 2.0 * search.reach, (1 + ASK_EVERY) * search.reach)
+    search.radius = thickness + beyond
+    search.keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
+    return search
+
+
+def find_plies(part: Part, asking: bool) -> None:
     """Find which triangles of other plies the vertices of a part may touch."""
     model, state = part.model, part.moving
-    reach = near_reach(model.scene)
-    keep = math.exp(-model.timing.search_every * model.timing.time_step / FADING)
     for look in part.contacts:
-        radius = 4.0 * look.pair.faces.thickness + 2.0 * reach
         wp.launch(
             find_ply_contacts,
             look.count,
             inputs=[
                 model.contact,
+                ply_search(model, look.pair.faces.thickness, asking),
+                model.facets,
                 look.pair.faces,
                 look.number,
                 look.first_vertex,
                 look.first_slot,
-                reach,
-                radius,
-                keep,
-                model.triangles,
-                model.open_edges,
                 model.mass,
                 state.x,
                 state.normals,
@@ -149,7 +164,13 @@ def find_plies(part: Part) -> None:
                 state.ply_springs,
                 state.ply_stored,
             ],
-            outputs=[state.ply_contacts, state.lost, state.ply_deepest, state.ply_jump],
+            outputs=[
+                state.ply_memory,
+                state.ply_contacts,
+                state.lost,
+                state.ply_deepest,
+                state.ply_jump,
+            ],
             device=model.device,
         )
 
@@ -172,7 +193,6 @@ def add_ply_contact(part: Part) -> None:
                 look.pair.faces.thickness,
                 look.first_vertex,
                 look.first_slot,
-                model.mass,
                 state.x,
                 state.v,
                 state.ply_contacts,
@@ -278,22 +298,13 @@ def advance(part: Part) -> None:
     end_step(part.model, part.moving)
 
 
-def gather(part: Part, parts: Sequence[Part], name: str) -> None:
-    """Add to a part's vertices what the other parts have scattered there: "f" or "normals"."""
-    ours = getattr(part.moving, name)
+def gather_forces(part: Part, parts: Sequence[Part]) -> None:
+    """Add to a part's vertices the forces that the other parts have scattered there."""
+    ours = part.moving.f
     for first, count in part.vertices:
         for other in parts[1:]:
-            theirs = getattr(other.scattering, name)
-            wp.launch(take_over, count, inputs=[first, theirs], outputs=[ours], device=ours.device)
-
-
-def gather_hollows(part: Part, parts: Sequence[Part]) -> None:
-    """Raise the hollows at a part's vertices to those that the other parts have found."""
-    ours = part.moving.hollows
-    for first, count in part.vertices:
-        for other in parts[1:]:
-            inputs = [first, other.scattering.hollows]
-            wp.launch(take_larger, count, inputs=inputs, outputs=[ours], device=ours.device)
+            inputs = [first, other.scattering.f]
+            wp.launch(take_over, count, inputs=inputs, outputs=[ours], device=ours.device)
 
 
 def gather_totals(parts: Sequence[Part]) -> None:

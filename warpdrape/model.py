@@ -9,8 +9,9 @@ import numpy as np
 import warp as wp
 
 from warpdrape.kernels.contact import ContactLaw
+from warpdrape.kernels.facets import PlyFacets
 from warpdrape.kernels.motion import FloatingTools, Medium
-from warpdrape.kernels.ply_contact import PlyContact, PlyFaces
+from warpdrape.kernels.ply_contact import PlyContact, PlyFaces, PlyMemory
 from warpdrape.kernels.tool_contact import (
     ToolHold,
     ToolPlane,
@@ -19,20 +20,25 @@ from warpdrape.kernels.tool_contact import (
     ToolSurfaces,
 )
 from warpdrape.membrane import Membrane, build_membrane
+from warpdrape.ply_facets import build_facets
 from warpdrape.scene import Scene
 from warpdrape.time_step import LumpedMass, lump_masses
 from warpdrape.timing import Timing, peak_speed, plan_steps
 from warpdrape.tool_arrays import floating_tools, tool_surfaces
-from warpdrape.triangles import open_edge_bits
 
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
 again until the vertex has come closer."""
 PLANE_SERVES = 0.5
 """Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
+FACET_SERVES = 4.0
+"""… and for which the nearest facet may, as long as none beside it can have become nearer [-]."""
 LOOK_AHEAD = 2.0
 """Time for which a search follows free vertices at their speed, in intervals between searches [-]:
 a sheet that snaps gains speed."""
+ASK_EVERY = 16
+"""Contact searches from one in which every vertex asks for the nearest facet of another ply to the
+next such one; between, it walks from the facet that it remembers."""
 RUNAWAY = 100.0
 """Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
 
@@ -69,8 +75,7 @@ class Model:
         offset: half the ply thickness [m], shape [vertex].
         rest: positions at the start [m], shape [vertex].
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
-        triangles: vertices, shape [triangle, 3].
-        open_edges: bits of the edges that border a ply, shape [triangle].
+        facets: the plies' triangles, as contact between plies sees them.
         query_meshes: per ply, moved along for contact searches.
         tool_meshes: per tool, in its own frame.
         surfaces: the tools' facets.
@@ -91,8 +96,7 @@ class Model:
     offset: wp.array
     rest: wp.array
     clamp: wp.array
-    triangles: wp.array
-    open_edges: wp.array
+    facets: PlyFacets
     query_meshes: tuple[wp.Mesh, ...]
     tool_meshes: tuple[wp.Mesh, ...]
     surfaces: ToolSurfaces
@@ -126,6 +130,7 @@ class State:
     tool_touching: wp.array
     tool_holds: wp.array
     tool_deepest: wp.array
+    ply_memory: wp.array
     ply_contacts: wp.array
     ply_springs: wp.array
     ply_dashpots: wp.array
@@ -162,9 +167,6 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         for ply, v, t in zip(scene.plies, vertices, triangles, strict=False)
     )
     half = [np.full(len(p.mesh.vertices), 0.5 * p.fabric.thickness) for p in scene.plies]
-    numbered = np.concatenate(
-        [p.mesh.triangles + v for p, v in zip(scene.plies, vertices, strict=False)]
-    )
     query_meshes = tuple(
         wp.Mesh(
             wp.array(ply.rest_points, dtype=wp.vec3f, device=device),
@@ -184,12 +186,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
-        triangles=wp.array(numbered, dtype=wp.int32, device=device),
-        open_edges=wp.array(
-            np.concatenate([open_edge_bits(p.mesh.triangles) for p in scene.plies]),
-            dtype=wp.int32,
-            device=device,
-        ),
+        facets=build_facets([ply.mesh.triangles for ply in scene.plies], vertices, device),
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
         surfaces=surfaces,
@@ -241,6 +238,7 @@ def _tool_search(scene: Scene, timing: Timing) -> ToolSearch:
     search.reach = near_reach(scene)
     search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
     search.keep = PLANE_SERVES * scene.numerics.search_slide
+    search.trust = FACET_SERVES * scene.numerics.search_slide
     search.ahead = LOOK_AHEAD * timing.search_every * timing.time_step
     search.plain = int(scene.numerics.contact == "exact")
     return search
@@ -291,6 +289,7 @@ def initial_state(model: Model) -> State:
         tool_touching=zeros(n, wp.int32),
         tool_holds=zeros(tools * n, ToolHold),
         tool_deepest=zeros(tools, real),
+        ply_memory=zeros(slots, PlyMemory),
         ply_contacts=zeros(slots, PlyContact),
         ply_springs=zeros(slots, vec),
         ply_dashpots=zeros(slots, real),
@@ -311,4 +310,5 @@ def _nothing_asked(slots: int, device: str) -> wp.array:
     """Queries that leave no vertex a way to move before it is asked, shape [slot]."""
     queries = np.zeros(slots, dtype=ToolQuery.numpy_dtype())
     queries["distance"] = math.inf
+    queries["facet"] = -1
     return wp.array(queries, dtype=ToolQuery, device=device)

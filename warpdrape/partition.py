@@ -54,18 +54,16 @@ class Part:
         number: of the part; 0 also moves the tools and adds up what the parts have apart.
         model: the whole model.
         loads: the elements, as `Membrane.loads`.
-        triangles: those whose normals it adds up.
         vertices: those that it moves.
         contacts: those that it looks at for contact between plies.
         plies: numbers of the plies whose query mesh it moves along.
-        scattering: the state with this part's own arrays to scatter forces, normals, hollows into.
+        scattering: the state with this part's own array to scatter forces into.
         moving: the state with this part's own tool reactions, clamp forces and extremes.
     """
 
     number: int
     model: Model
     loads: tuple[tuple[Any, int, list], ...]
-    triangles: tuple[Run, ...]
     vertices: tuple[Run, ...]
     contacts: tuple[Contacts, ...]
     plies: tuple[int, ...]
@@ -88,15 +86,13 @@ def split(model: Model, state: State, count: int) -> tuple[Part, ...]:
 def _part(
     model: Model, state: State, count: int, number: int, owners: Sequence[np.ndarray]
 ) -> Part:
-    loads, triangles, contacts = [], [], []
+    loads, contacts = [], []
     runs = []
     for membrane, owner in zip(model.membranes, owners, strict=True):
         for kernel, total, inputs in membrane.loads:
             first, n = _share(total, count, number)
             if n:
                 loads.append((kernel, n, [inputs[0] + first, *inputs[1:]]))
-        first, n = _share(membrane.triangle_count, count, number)
-        triangles.append(Run(membrane.first_triangle + first, n))
         runs.append([Run(membrane.first_vertex + r.first, r.count) for r in _runs(owner == number)])
     for pair_number, pair in enumerate(model.ply_pairs):
         shift = pair.first_slot - model.membranes[pair.searching].first_vertex
@@ -105,18 +101,16 @@ def _part(
             for run in runs[pair.searching]
         ]
     own = (lambda array: array) if number == 0 else wp.zeros_like
-    scattered = ("f", "normals", "hollows")
     extremes = ("tool_deepest", "ply_deepest", "ply_jump", "reaction", "clamp_force")
     runaway = state.runaway if number == 0 else wp.clone(state.runaway)
     return Part(
         number=number,
         model=model,
         loads=tuple(loads),
-        triangles=_joined(triangles),
         vertices=_joined([run for of_ply in runs for run in of_ply]),
         contacts=tuple(contacts),
         plies=tuple(range(number, len(model.membranes), count)),
-        scattering=replace(state, **{k: own(getattr(state, k)) for k in scattered}),
+        scattering=replace(state, f=own(state.f)),
         moving=replace(state, runaway=runaway, **{k: own(getattr(state, k)) for k in extremes}),
     )
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import warp as wp
 
 from warpdrape import launches
-from warpdrape.model import Model, State
+from warpdrape.model import ASK_EVERY, Model, State
 from warpdrape.partition import Part, split
 
 PER_STEP: dict[str, Callable[[Part], None]] = {
@@ -79,7 +79,9 @@ def time_phases(
     if model.scene.tools:
         costs["tool search"] = timed(captured(launches.search_tools, 1)) / every
     if model.ply_pairs:
-        costs["ply search"] = timed(lambda: launches.search_plies(whole)) / every
+        ask = timed(lambda: launches.search_plies(whole, asking=True))
+        walk = timed(lambda: launches.search_plies(whole, asking=False))
+        costs["ply search"] = (ask + (ASK_EVERY - 1) * walk) / (ASK_EVERY * every)
     return costs
 
 

@@ -105,7 +105,8 @@ def read_plies(
         points = x[membrane.first_vertex : membrane.first_vertex + membrane.vertex_count].copy()
         of_ply = slice(membrane.first_triangle, membrane.first_triangle + membrane.triangle_count)
         triangles = np.asarray(ply.mesh.triangles)
-        warp, weft, shear = yarn_state(ply, points)
+        gradients = membrane.gradients.numpy()
+        warp, weft, shear = yarn_state(points, triangles, gradients, ply.fabric.yarn_angle)
         formed.append(
             FormedPly(
                 ply.name,
@@ -122,20 +123,24 @@ def read_plies(
     return tuple(formed)
 
 
-def yarn_state(ply, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def yarn_state(
+    points: np.ndarray, triangles: np.ndarray, gradients: np.ndarray, yarn_angle: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unit yarn directions and shear angle [rad] of a formed ply.
 
     Args:
-        ply: the flat ply.
         points: formed positions [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+        gradients: of the yarn families, as in `Membrane` [1/m], shape [m, 4].
+        yarn_angle: from warp to weft in the flat ply [rad].
     """
-    from warpdrape.membrane import flat_gradients
+    a = points[triangles[:, 0]]
+    ab, ac = points[triangles[:, 1]] - a, points[triangles[:, 2]] - a
+    k1 = _unit(gradients[:, :1] * ab + gradients[:, 1:2] * ac)
+    k2 = _unit(gradients[:, 2:3] * ab + gradients[:, 3:] * ac)
+    angle = np.arccos(np.clip(np.einsum("ij,ij->i", k1, k2), -1.0, 1.0))
+    return k1, k2, yarn_angle - angle
 
-    d, _ = flat_gradients(ply)
-    a, b, c = (points[np.asarray(ply.mesh.triangles)[:, k]] for k in range(3))
-    k1 = d[:, :1] * (b - a) + d[:, 1:2] * (c - a)
-    k2 = d[:, 2:3] * (b - a) + d[:, 3:] * (c - a)
-    k1 /= np.linalg.norm(k1, axis=1, keepdims=True)
-    k2 /= np.linalg.norm(k2, axis=1, keepdims=True)
-    angle = np.arccos(np.clip((k1 * k2).sum(axis=1), -1.0, 1.0))
-    return k1, k2, ply.fabric.yarn_angle - angle
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.sqrt(np.einsum("ij,ij->i", vectors, vectors))[:, None]

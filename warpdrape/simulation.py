@@ -189,9 +189,12 @@ class Recorder:
     def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
         """Raise `RunFailed` with ply and triangle where a value is not finite."""
         for ply in plies:
+            values = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            if all(np.isfinite(array).all() for array in (ply.points, *values)):
+                continue
             bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
-            for values in (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension):
-                bad |= ~np.isfinite(values.reshape(len(bad), -1)).all(axis=1)
+            for array in values:
+                bad |= ~np.isfinite(array.reshape(len(bad), -1)).all(axis=1)
             if bad.any():
                 raise RunFailed(
                     f"blew up at {1e3 * now:.4g} ms in ply {ply.name!r}, triangle "
@@ -223,6 +226,7 @@ class Recorder:
             raise RunFailed(failure)
         history = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
         model = self._model
+        failure = failure or self._save_frames()
         summary = summarise(
             model,
             self._contacts,
@@ -240,6 +244,16 @@ class Recorder:
             self._add_report(result, summary)
         self._close(result, summary)
         return result
+
+    def _save_frames(self) -> str:
+        """Save the frames that are not yet on the disk; return why that failed, or nothing."""
+        if self._usd is not None:
+            with self.profile.timed("output"):
+                try:
+                    self._usd.save()
+                except RunFailed as reason:
+                    return str(reason)
+        return ""
 
     def _add_report(self, result: Result, summary: dict[str, Any]) -> None:
         """Add what the scene itself reports; a fault in that must not cost the result."""

@@ -11,7 +11,7 @@ import warp as wp
 
 from warpdrape import launches
 from warpdrape.crew import Barrier, Crew, Pace
-from warpdrape.model import Model, State
+from warpdrape.model import ASK_EVERY, Model, State
 from warpdrape.motion import Float
 from warpdrape.partition import Part, split
 
@@ -34,9 +34,13 @@ def step(whole: Part) -> None:
         section(whole, [whole])
 
 
-def search_sections() -> list[Section]:
-    """What of a search comes after the refit; a part goes on when all others have come as far."""
-    return [_gather_normals, _measure_hollows, _gather_hollows, _find]
+def search_sections(*, asking: bool) -> list[Section]:
+    """What of a search comes after the refit; a part goes on when all others have come as far.
+
+    Args:
+        asking: whether every vertex asks for the facet nearest to it; else it walks there.
+    """
+    return [_measure_hollows, partial(_find, asking)]
 
 
 def step_sections(count: int) -> list[Section]:
@@ -48,22 +52,12 @@ def step_sections(count: int) -> list[Section]:
     return [_scatter, *(section for end in ends for section in (_move, end))]
 
 
-def _gather_normals(part: Part, parts: Sequence[Part]) -> None:
-    if part.model.ply_pairs:
-        launches.gather(part, parts, "normals")
-
-
 def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
     launches.measure_hollows(part)
 
 
-def _gather_hollows(part: Part, parts: Sequence[Part]) -> None:
-    if part.model.ply_pairs:
-        launches.gather_hollows(part, parts)
-
-
-def _find(part: Part, _: Sequence[Part]) -> None:
-    launches.find_plies(part)
+def _find(asking: bool, part: Part, _: Sequence[Part]) -> None:
+    launches.find_plies(part, asking)
     launches.search_tools(part)
 
 
@@ -73,7 +67,7 @@ def _scatter(part: Part, _: Sequence[Part]) -> None:
 
 
 def _move(part: Part, parts: Sequence[Part]) -> None:
-    launches.gather(part, parts, "f")
+    launches.gather_forces(part, parts)
     launches.add_tool_contact(part)
     launches.advance_plies(part)
 
@@ -119,34 +113,44 @@ class _Job:
         every = own[0].model.timing.search_every
         few = steps_per_graph(every)
         self._times, rest = divmod(every, few)
+        self._copy: Callable[[], None] = self._launch_copies
         self._prepare: Callable[[], None] = self._launch_preparation
-        self._search = partial(self._launch, search_sections())
+        self._ask, self._walk = (
+            partial(self._launch, search_sections(asking=asking)) for asking in (True, False)
+        )
         self._few = partial(self._launch, step_sections(few))
         self._rest = partial(self._launch, step_sections(rest)) if rest else None
 
     def capture(self) -> None:
         """Replay from now on what the launches of now record."""
         device = self._own[0].model.device
-        self._prepare, self._search, self._few = (
-            _captured(run, device) for run in (self._prepare, self._search, self._few)
+        self._copy, self._prepare, self._ask, self._walk, self._few = (
+            _captured(run, device)
+            for run in (self._copy, self._prepare, self._ask, self._walk, self._few)
         )
         if self._rest is not None:
             self._rest = _captured(self._rest, device)
 
-    def run(self) -> None:
-        """Do the block."""
+    def run(self, asking: bool) -> None:
+        """Do a block; at its start vertices ask for the facets nearest to them, or walk there."""
         self._prepare()
-        for part in self._own:
-            launches.refit_plies(part)
-        self._search()
+        if asking:
+            self._copy()
+            for part in self._own:
+                launches.refit_plies(part)
+        (self._ask if asking else self._walk)()
         for _ in range(self._times):
             self._few()
         if self._rest is not None:
             self._rest()
 
+    def _launch_copies(self) -> None:
+        for part in self._own:
+            launches.copy_plies(part)
+
     def _launch_preparation(self) -> None:
         for part in self._own:
-            launches.prepare_ply_search(part)
+            launches.measure_normals(part)
 
     def _launch(self, sections: Sequence[Section]) -> None:
         for section in sections:
@@ -177,6 +181,8 @@ class Stepper:
         self._captured = not model.scene.numerics.graph
         self._pace, self._barrier = Pace(), Barrier(threads) if threads > 1 else None
         self._crew: Crew | None = None
+        self._blocks, self._asking = 0, True
+        self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
 
     def close(self) -> None:
         """End the threads."""
@@ -219,15 +225,17 @@ class Stepper:
             self._captured = True
             if self._barrier is not None:
                 self._crew = self._muster(self._barrier)
+        self._asking = self._blocks % self._ask_every == 0
+        self._blocks += 1
         if self._crew is None:
-            self._alone.run()
+            self._alone.run(self._asking)
             return
         start = time.perf_counter()
         if self._pace.together:
             self._barrier.reset()
             self._crew.run()
         else:
-            self._alone.run()
+            self._alone.run(self._asking)
         self._pace.took(time.perf_counter() - start)
 
     def _muster(self, barrier: Barrier) -> Crew:
@@ -235,4 +243,7 @@ class Stepper:
         jobs = [_Job([part], self._parts, barrier) for part in self._parts]
         for job in jobs:
             job.capture()
-        return Crew([job.run for job in jobs], barrier.release)
+        return Crew([partial(self._run, job) for job in jobs], barrier.release)
+
+    def _run(self, job: _Job) -> None:
+        job.run(self._asking)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from warpdrape.adjacency import facet_hollows, open_edge_bits
 from warpdrape.kernels.motion import FloatingTools
 from warpdrape.kernels.tool_contact import ToolSurfaces
 from warpdrape.motion import Float
 from warpdrape.scene import Scene
 from warpdrape.tool import Tool
-from warpdrape.triangles import open_edge_bits
 
 
 def tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
@@ -37,6 +37,9 @@ def tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
     sag = [largest_sag(tool) for tool in scene.tools]
     surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
+    hollow = [facet_hollows(tool.vertices, tool.triangles) for tool in scene.tools]
+    hollow = np.concatenate(hollow or [np.zeros(0)])
+    surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)

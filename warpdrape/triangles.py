@@ -1,4 +1,4 @@
-"""Flat triangles: yarn gradients D[α,a] = t_α · ∇N_a, the stable step they allow, open edges."""
+"""Flat triangles: yarn gradients D[α,a] = t_α · ∇N_a, the stable step they allow."""
 
 from __future__ import annotations
 
@@ -54,14 +54,3 @@ def highest_frequency_squared(
     g1, g2, g12 = yarns[0] * d1, yarns[1] * d2, np.sqrt(yarns[0] * yarns[1]) * d12
     largest = 0.5 * (g1 + g2) + np.sqrt(0.25 * (g1 - g2) ** 2 + g12**2)
     return 3.0 / areal_density * (largest + shear * (np.sqrt(d1) + np.sqrt(d2)) ** 2)
-
-
-def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
-    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
-    triangles = np.asarray(triangles)
-    edges = np.stack([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]], 1)
-    key = np.sort(edges, axis=2).astype(np.int64)
-    key = key[..., 0] * (triangles.max() + 1) + key[..., 1]
-    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
-    single = (count[index] == 1).reshape(key.shape)
-    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)

@@ -1,16 +1,18 @@
 """The animation as USD: plies with yarn directions and shear per triangle, tools that move.
 
 Frame k is time code k and 24 frames play in a second, so a slow-motion film of the run; the
-simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Every frame is saved
-as it comes, into ``.NAME.partial.usdc`` beside the final file; `UsdWriter.close` renames it. A
-killed run leaves the partial file, which opens with the frames saved so far (the library updates
-the file's index in place: only a kill or power cut inside the millisecond of a save can spoil it).
+simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Frames are saved as
+they come, those that come within a fifth of a second together, into ``.NAME.partial.usdc`` beside
+the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
+the frames saved so far (the library updates the file's index in place: only a kill or power cut
+inside the millisecond of a save can spoil it).
 """
 
 from __future__ import annotations
 
 import os
 import shutil
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -35,6 +37,9 @@ from warpdrape.usd_stage import (
 
 FRAMES_PER_SECOND = 24.0
 """Frames that a viewer plays in a second, by default."""
+SAVE_EVERY = 0.2
+"""Least time between two saves [s]: each costs as much as several frames, and a run that is killed
+loses no more than the frames of that time."""
 _SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
 
 
@@ -122,8 +127,10 @@ class UsdWriter:
         tool_meshes = [MeshPrim.check("tool", t.name, t.vertices, t.triangles) for t in tools]
         for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
             _refuse_duplicates(kind, meshes)
-        self._last = -1
+        self._last = self._saved = -1
+        self._saved_at = time.monotonic()
         self._spoilt = False
+        self._unsaved_bytes = 0
         self._stage: Usd.Stage | None = _create(self.partial_path)
         set_up_stage(self._stage, frames_per_second)
         cloth, metal = define_materials(self._stage)
@@ -139,7 +146,9 @@ class UsdWriter:
         ply_frames: Sequence[PlyFrame],
         tool_translations: ArrayLike = (),
     ) -> None:
-        """Add one frame and save it to disk; all of it or, when a value is unusable, nothing.
+        """Add one frame, and save it unless it is soon after the last save.
+
+        All of it is added or, when a value is unusable, nothing.
 
         Args:
             frame_index: the time code; each one above the one before.
@@ -163,9 +172,12 @@ class UsdWriter:
         moves = _checked("tools", "translation", moves, (len(self._tools), 3))
         if not np.isfinite(time_s):
             raise ValueError(f"time_s = {time_s!r} of frame {frame_index} must be finite")
-        self._check_space(sum(v.nbytes for values in frames for v in values.values()))
+        size = sum(v.nbytes for values in frames for v in values.values())
+        self._check_space(self._unsaved_bytes + size)
         self._author(int(frame_index), float(time_s), frames, moves)
-        self._save()
+        self._unsaved_bytes += size
+        if time.monotonic() - self._saved_at >= SAVE_EVERY:
+            self._save()
 
     def _author(
         self,
@@ -186,10 +198,27 @@ class UsdWriter:
             self._stage.SetEndTimeCode(frame)
         self._last = frame
 
+    def save(self) -> None:
+        """Save the frames that are not yet on the disk.
+
+        Raises: RunFailed when the disk refuses.
+        """
+        if self._saved < self._last and not self._spoilt:
+            self._save()
+
     def close(self) -> None:
-        """Give the file its final name; without a frame, or after a failed save, leave none."""
+        """Give the file its final name; without a frame, or after a failed save, leave none.
+
+        Raises: RunFailed when the disk refuses the frames not saved yet.
+        """
         if self._stage is None:
             return
+        try:
+            self.save()
+        finally:
+            self._let_go()
+
+    def _let_go(self) -> None:
         self._plies, self._tools, self._time = [], [], None
         self._stage = None  # the library lets go of the file, as Windows wants before a rename
         if self._last < 0 or self._spoilt:
@@ -209,6 +238,7 @@ class UsdWriter:
     def _save(self) -> None:
         try:
             self._stage.GetRootLayer().Save()
+            self._saved, self._saved_at, self._unsaved_bytes = self._last, time.monotonic(), 0
         except Tf.ErrorException as error:
             self._spoilt = True
             raise RunFailed(
@@ -257,8 +287,9 @@ def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...
     values = np.asarray(values)
     if values.shape != shape:
         raise ValueError(f"{label}: {quantity} has shape {values.shape}, must be {shape}")
-    bad = ~np.isfinite(values)
-    if bad.any():
+    finite = np.isfinite(values)
+    if not finite.all():
+        bad = ~finite
         first = int(np.argwhere(bad)[0, 0])
         raise ValueError(
             f"{label}: {quantity} has {int(bad.sum())} non-finite values, the first at {first}; "

@@ -1,0 +1,247 @@
+"""The search between plies: a walk over facets finds what brute force finds, and misses nothing."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from contact_oracle import nearest_on_triangles
+from test_engine import small_press
+
+from warpdrape import Ply, Scene, launches, lay_up, stepping
+from warpdrape.adjacency import across_edges, border_bits
+from warpdrape.model import ASK_EVERY, build_model, initial_state, near_reach
+from warpdrape.partition import split
+from warpdrape.ply_facets import build_facets
+from warpdrape.scene import Numerics
+from warpdrape.scenes import three_ply_hemisphere
+
+THICKNESS = 6e-4
+
+
+def of_pair(model, pair):
+    """Slices of the searching ply's vertices and of its slots, and the searched ply's facets."""
+    searching, searched = model.membranes[pair.searching], model.membranes[pair.searched]
+    count, first = searching.vertex_count, searched.first_triangle
+    vertices = slice(searching.first_vertex, searching.first_vertex + count)
+    corners = model.facets.corners.numpy()[first : first + searched.triangle_count]
+    return vertices, slice(pair.first_slot, pair.first_slot + count), corners
+
+
+def gaps(model, state):
+    """Gap [m] of every slot's contact, infinite where none is near."""
+    x, contacts = state.x.numpy(), state.ply_contacts.numpy()
+    found = np.full(len(contacts), np.inf)
+    for pair in model.ply_pairs:
+        vertices, slots, _ = of_pair(model, pair)
+        kept = contacts[slots]
+        at = np.stack([x[kept[name]] for name in "abc"], axis=1)
+        nearest = (kept["weights"][:, :, None] * at).sum(axis=1)
+        height = ((x[vertices] - nearest) * kept["normal"]).sum(axis=1)
+        gap = height - pair.faces.thickness - kept["rise"]
+        found[slots] = np.where(kept["near"] == 1, gap, np.inf)
+    return found
+
+
+def nearest_facets(model, state):
+    """Distance [m] of every slot's vertex from the other ply, by brute force."""
+    x = state.x.numpy()
+    distances = np.zeros(len(state.ply_contacts.numpy()))
+    for pair in model.ply_pairs:
+        vertices, slots, corners = of_pair(model, pair)
+        nearest, _, _ = nearest_on_triangles(x[vertices], x[corners], k=len(corners))
+        distances[slots] = np.linalg.norm(x[vertices] - nearest, axis=1)
+    return distances
+
+
+def remembered(model, state):
+    """Distance [m] of every slot's vertex from the facet that it remembers, infinite if none."""
+    x, memory = state.x.numpy(), state.ply_memory.numpy()
+    distances = np.full(len(memory), np.inf)
+    corners = model.facets.corners.numpy()
+    for pair in model.ply_pairs:
+        vertices, slots, _ = of_pair(model, pair)
+        seen = memory["seen"][slots]
+        for k in np.flatnonzero(seen > 0):
+            point, facet = x[vertices][[k]], x[corners[seen[[k]] - 1]]
+            distances[slots.start + k] = np.linalg.norm(
+                point - nearest_on_triangles(point, facet, k=1)[0]
+            )
+    return distances
+
+
+def searched(model, state, *, asking):
+    """Gaps and facets remembered after a search on a copy of the state."""
+    names = [field.name for field in dataclasses.fields(state)]
+    copy = dataclasses.replace(state)
+    for name in names:
+        array = getattr(state, name)
+        fresh = type(array)(array.numpy().copy(), dtype=array.dtype, device=array.device)
+        object.__setattr__(copy, name, fresh)
+    (whole,) = split(model, copy, 1)
+    launches.search_plies(whole, asking=asking)
+    return gaps(model, copy), copy
+
+
+def pressed(device):
+    """Three plies on their way, four times where the next search would ask for every vertex."""
+    scene = three_ply_hemisphere.build(cells=8, travel=0.03, duration=0.012)
+    model = build_model(scene, device, frames=1)
+    state = initial_state(model)
+    stepper = stepping.Stepper(model, state)
+    stepper.begin_frame(1)
+    stops = 6 * ASK_EVERY
+    for block in range(1, 4 * stops + 1):
+        if block % stops == 0:
+            yield model, state
+        stepper.block()
+
+
+def test_walks_find_what_asking_finds(device):
+    compared = moved = 0
+    for model, state in pressed(device):
+        near = near_reach(model.scene)
+        walked, after = searched(model, state, asking=False)
+        asked, _ = searched(model, state, asking=True)
+        either = np.minimum(walked, asked) < 0.9 * near
+        np.testing.assert_allclose(walked[either], asked[either], atol=1e-7)
+        compared += either.sum()
+        before = state.ply_memory.numpy()["seen"]
+        moved += (before != after.ply_memory.numpy()["seen"]).sum()
+        nearest = nearest_facets(model, after)
+        in_sight = nearest < THICKNESS + 0.9 * near
+        waiting = state.ply_memory.numpy()["wait"] > 0
+        assert not (in_sight & waiting & np.isfinite(asked)).any()
+        # Queries round positions to single precision, and so may take a facet 1e-7 m farther off.
+        np.testing.assert_allclose(remembered(model, after)[in_sight], nearest[in_sight], atol=1e-6)
+    assert compared > 1000 and moved > 20
+
+
+def test_whoever_is_far_is_looked_at_before_it_can_touch(device):
+    """A ply that falls on another by the speed that is allowed for, always found in time."""
+    low, high = (
+        Ply.rectangle(name, "carbon_interlock", 0.05, cells=5, warp_angle=angle, z=z)
+        for name, angle, z in (("low", 0.0, 0.0), ("high", 0.3, THICKNESS + 3.1e-3))
+    )
+    model = build_model(Scene(name="fall", plies=[low, high], duration=1e-3), device, frames=1)
+    state = initial_state(model)
+    reach = near_reach(model.scene)
+    (whole,) = split(model, state, 1)
+    start, left_out = state.x.numpy(), 0
+    first = model.membranes[1].first_vertex
+    inner = np.abs(start[:, :2]).max(axis=1) < 0.02
+    for search in range(64):
+        gap = 3.1e-3 - 0.95 * reach * search
+        if gap < -1e-4:
+            break
+        x = start.copy()
+        x[first:, 2] = THICKNESS + gap
+        state.x.assign(x)
+        launches.search_plies(whole, asking=search % ASK_EVERY == 0)
+        near = state.ply_contacts.numpy()["near"] == 1
+        slots = np.r_[inner[:first], inner[first:]]
+        assert near[slots].all() if gap <= 0.9 * reach else True
+        assert not near[slots].any() if gap > reach else True
+        left_out += (state.ply_memory.numpy()["wait"] > 0).sum()
+    assert gap < 0.0 and left_out > 100
+
+
+def test_a_corner_at_the_border_is_the_border_for_every_facet_there(device):
+    """Vertices off the border, nearest to one of its corners: each facet there gives one gap."""
+    plies = lay_up([Ply.rectangle(n, "carbon_interlock", 0.06, cells=4) for n in ("low", "high")])
+    model = build_model(Scene(name="off", plies=plies, duration=1e-3), device, frames=1)
+    state = initial_state(model)
+    x = state.x.numpy()
+    first = model.membranes[1].first_vertex
+    x[first:, 0] += 0.06 + 5e-4  # its left border lies beside the other's right one
+    state.x.assign(x)
+    (whole,) = split(model, state, 1)
+    launches.search_plies(whole, asking=True)
+    found, memory = gaps(model, state), state.ply_memory.numpy()
+    corners = model.facets.corners.numpy()
+    checked = 0
+    for slot in np.flatnonzero(np.isfinite(found[:first])):
+        seen = corners[memory["seen"][slot] - 1]
+        nearest = seen[np.argmin(np.linalg.norm(x[seen] - x[slot], axis=1))]
+        for facet in np.flatnonzero((corners == nearest).any(axis=1)):
+            other = memory.copy()
+            other["seen"][slot] = facet + 1
+            state.ply_memory.assign(other)
+            launches.search_plies(whole, asking=False)
+            assert gaps(model, state)[slot] == pytest.approx(found[slot], abs=1e-12)
+            checked += 1
+    assert checked > 10
+
+
+def farthest_apart(one, other):
+    """Largest distance of a vertex between two results [m]."""
+    pairs = zip(one.plies, other.plies, strict=True)
+    return max(np.linalg.norm(a.points - b.points, axis=1).max() for a, b in pairs)
+
+
+def test_walking_forms_as_asking_does(monkeypatch):
+    walked = small_press().run(frames=2)
+    exact = small_press(numerics=Numerics(contact="exact")).run(frames=2)
+    monkeypatch.setattr(stepping, "ASK_EVERY", 1)
+    asked = small_press().run(frames=2)
+    assert all(np.abs(ply.points - ply.rest_points).max() > 3e-3 for ply in walked.plies)
+    # Loose plies under a ball wander: with steps 0.6 % shorter they end 0.14 mm from "asked", and
+    # exact ones 0.08 mm from "exact".
+    assert farthest_apart(walked, asked) < 5e-5
+    assert farthest_apart(walked, exact) < 2e-4
+
+
+@pytest.mark.slow
+def test_three_plies_form_as_with_a_search_at_every_step():
+    fast, exact = (
+        three_ply_hemisphere.build(cells=8, travel=0.03, duration=0.04, contact=contact).run(
+            frames=10
+        )
+        for contact in ("fast", "exact")
+    )
+    assert exact.completed and fast.completed
+    for one, other in zip(fast.summary["plies"], exact.summary["plies"], strict=True):
+        assert one["p95_shear_deg"] == pytest.approx(other["p95_shear_deg"], abs=0.3)
+    assert farthest_apart(fast, exact) < 1e-3
+
+
+def test_a_search_at_every_step_asks_at_every_step():
+    model = build_model(small_press(numerics=Numerics(contact="exact")), "cpu", frames=1)
+    stepper = stepping.Stepper(model, initial_state(model))
+    stepper.begin_frame(1)
+    for _ in range(3):
+        stepper.block()
+        assert stepper._asking
+    assert model.timing.search_every == 1
+
+
+def test_neighbours_fans_and_rings_are_those_of_brute_force(device):
+    meshes = [
+        Ply.rectangle("one", "carbon_interlock", 0.05, cells=4, mesh=mesh).mesh.triangles
+        for mesh in ("random", "grid")
+    ]
+    sizes = [t.max() + 1 for t in meshes]
+    facets = build_facets(meshes, np.cumsum([0, *sizes]), device)
+    corners = facets.corners.numpy()
+    edges = [
+        {frozenset((t[(k + 1) % 3], t[(k + 2) % 3])): k for k in range(3)} for t in corners.tolist()
+    ]
+    for t, own in enumerate(edges):
+        for edge, k in own.items():
+            others = [u for u, theirs in enumerate(edges) if u != t and edge in theirs]
+            assert [facets.beside.numpy()[t][k]] == (others or [-1])
+    fan, ring = facets.first_of_fan.numpy(), facets.first_of_ring.numpy()
+    for v in range(sum(sizes)):
+        at = np.flatnonzero((corners == v).any(axis=1))
+        assert sorted(facets.fans.numpy()[fan[v] : fan[v + 1]]) == at.tolist()
+        round_it = sorted(set(corners[at].ravel().tolist()) - {v})
+        assert sorted(facets.rings.numpy()[ring[v] : ring[v + 1]]) == round_it
+
+
+def test_border_bits_name_edges_and_corners():
+    # Two triangles on a square, 0-2 their common edge: all corners lie on the border.
+    square = np.array([[0, 1, 2], [0, 2, 3]])
+    assert border_bits(square, across_edges(square)).tolist() == [0b111101, 0b111011]
+    # A hexagon's fan: the middle does not.
+    fan = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
+    assert border_bits(fan, across_edges(fan)).tolist() == [0b110001] * 6
+    assert (across_edges(fan)[:, 0] == -1).all() and (across_edges(fan)[:, 1:] >= 0).all()
