@@ -18,7 +18,9 @@ CELL = 1e-3
 HALF_SIDE = 0.08
 """Half the ply's side [m]: its corners come to about 72° from the pole."""
 FARTHEST = math.radians(60.0)
-RATE_AT = math.radians(40.0)
+RATE_AT = np.radians([25.0, 30.0, 35.0, 40.0])
+"""Polar angles inside every mesh's inner cells, over which the error is averaged for its rate: at a
+single one the finest mesh's is as small as what the search of contacts leaves, 0.001°."""
 
 
 def net_scene(cells: int, *, duration: float = 0.7, stiffness: float = 2e4) -> Scene:
@@ -75,7 +77,7 @@ def diagonal_shear(result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def sphere_net(quick: bool) -> Iterator[CaseResult]:
-    """Largest error of the shear angle along the bias diagonal, and how it falls at 40°.
+    """Largest error of the shear angle along the bias diagonal, and how it falls.
 
     The cell at the ply's corner is left out: it has no neighbour to hold its triangles' own mode.
     """
@@ -85,7 +87,7 @@ def sphere_net(quick: bool) -> Iterator[CaseResult]:
         polar, measured, exact = diagonal_shear(net_scene(cells).run(frames=10))
         inside = (polar <= FARTHEST) & (np.arange(len(polar)) < len(polar) - 1)
         worst = int(np.argmax(np.abs(measured - exact) * inside))
-        errors.append(float(np.interp(RATE_AT, polar, measured - exact)))
+        errors.append(float(np.interp(RATE_AT, polar, measured - exact).mean()))
         yield absolute(
             f"net on a sphere, {cells} cells: shear up to 60° from the pole, at its worst",
             math.degrees(measured[worst]),
