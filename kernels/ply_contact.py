@@ -46,6 +46,7 @@ class PlySearch:
     reach: wp.float64  # distance beyond the thickness that counts as near [m]
     radius: wp.float64  # of the mesh query [m]
     keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
+    ease: wp.float64  # by which one may shrink at most until then [m]
 
 
 @wp.struct
@@ -178,11 +179,13 @@ def find_ply_contacts(
     The gap is the distance to the facet. On the hollow side of a bent ply there is room besides for
     the arcs that its chords cut off: else a vertex of the inner ply would lift the chords of the
     outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
-    past the mid-surface, so that a vertex that has slid off climbs back onto the right side. When
-    the gap would jump to a deeper penetration (facets change, a vertex comes back over a border)
-    the difference is allowed for and fades, so that forces stay continuous. Where it jumps out,
-    what the springs lose counts as contact damping. A vertex that is far is left out of walks until
-    it can have come near, at the speed for which ``reach`` suffices from search to search.
+    past the mid-surface, so that a vertex that has slid off climbs back onto the right side.
+
+    When the gap would jump to a deeper penetration (facets change, a vertex comes back over a
+    border) the difference is allowed for and fades, slowly where it is large, so that forces stay
+    continuous and nothing is thrown out. Where it jumps out, what the springs lose counts as
+    contact damping. A vertex that is far is left out of walks until it can have come near, at the
+    speed for which ``reach`` suffices from search to search.
 
     Args:
         law: contact law.
@@ -267,7 +270,8 @@ def find_ply_contacts(
     contacts[slot].normal = normal
     contacts[slot].rise = rise
     contacts[slot].mass = effective_mass(mass, corners, w, i)
-    allowance = search.keep * wp.max(before - gap, wp.float64(0.0))
+    jump = wp.max(before - gap, wp.float64(0.0))
+    allowance = wp.max(search.keep * jump, jump - search.ease)
     contacts[slot].allowance = allowance
     if had > wp.float64(0.0):
         has = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])

@@ -14,6 +14,7 @@ from warpdrape.partition import split
 from warpdrape.ply_facets import build_facets
 from warpdrape.scene import Numerics
 from warpdrape.scenes import three_ply_hemisphere
+from warpdrape.timing import peak_speed
 
 THICKNESS = 6e-4
 
@@ -245,3 +246,36 @@ def test_border_bits_name_edges_and_corners():
     fan = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
     assert border_bits(fan, across_edges(fan)).tolist() == [0b110001] * 6
     assert (across_edges(fan)[:, 0] == -1).all() and (across_edges(fan)[:, 1:] >= 0).all()
+
+
+@pytest.mark.parametrize("depth", [1e-5, 1.5e-3])
+def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device):
+    # The upper ply is put into the lower one from beside it between two searches, and held there.
+    plies = lay_up(
+        [Ply.rectangle(n, "carbon_interlock", 0.06, cells=c) for n, c in (("low", 3), ("up", 2))]
+    )
+    scene = Scene(name="deep", plies=plies, tools=[], duration=1e-2)
+    model = build_model(scene, device, 1)
+    state = initial_state(model)
+    upper = model.membranes[1].first_vertex
+    deep, beside = state.x.numpy().copy(), state.x.numpy().copy()
+    deep[upper:, 2] -= depth
+    beside[upper:, 0] += 0.2
+    state.x.assign(beside)
+    stepping.search_contacts(model, state)
+    assert not state.ply_contacts.numpy()["near"].any()
+    state.x.assign(deep)
+    interval = model.timing.search_every * model.timing.time_step
+    slowest = launches.PUSH_OUT * peak_speed(scene) * interval
+    share = np.exp(-interval / launches.FADING)
+    inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
+    slots = model.ply_pairs[1].first_slot + inner
+    assert model.ply_pairs[1].searching == 1
+    allowed = np.full(len(inner), depth)
+    for _ in range(5):
+        stepping.search_contacts(model, state)
+        expected = np.maximum(share * allowed, allowed - slowest)
+        allowed = state.ply_contacts.numpy()["allowance"][slots]
+        np.testing.assert_allclose(allowed, expected, rtol=1e-6, atol=1e-12)
+    assert (depth - allowed < 5.0 * max(slowest, depth * (1.0 - share)) * 1.001).all()
+    assert (allowed < depth).all()
