@@ -11,12 +11,12 @@ from warpdrape.result import FormedPly
 from warpdrape.scene import Scene
 from warpdrape.summary import (
     ContactExtremes,
-    area_percentile,
     energy_error,
     mean_while_loaded,
     quasi_static,
     summarise,
 )
+from warpdrape.triangles import area_percentile
 
 THICKNESS = 6e-4  # of carbon_interlock
 ENERGIES = ("kinetic", "internal", "friction", "damping", "external_work", "unbalanced")

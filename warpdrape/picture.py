@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from warpdrape.errors import InputError, positive
 from warpdrape.raster import Camera, find_visible, vertex_normals
+from warpdrape.triangles import area_percentile
 from warpdrape.usd_reader import PlyView, SceneView, Surface, find_scene, read_scene
 
 if TYPE_CHECKING:
@@ -296,7 +297,9 @@ def _compose(
 
 
 def _shear_text(ply: PlyView, *, short: bool) -> str:
-    largest, most = ply.shear_deg.max(), np.quantile(ply.shear_deg, 0.95)
+    a, b, c = (ply.rest[ply.triangles[:, k]] for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    largest, most = ply.shear_deg.max(), area_percentile(ply.shear_deg, areas, 0.95)
     if short:
         return f"up to {largest:.1f}°, 95 % below {most:.1f}°"
-    return f"shear angle up to {largest:.1f}°, 95 % of the triangles below {most:.1f}°"
+    return f"shear angle up to {largest:.1f}°, 95 % of the area below {most:.1f}°"

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpdrape.draw_in import draw_in
 from warpdrape.membrane import flat_gradients
@@ -15,6 +14,7 @@ from warpdrape.model import Model, State
 from warpdrape.ply import Ply
 from warpdrape.result import FormedPly
 from warpdrape.softening import softening_entries, softening_warnings
+from warpdrape.triangles import area_percentile
 
 ENERGY_WARNING = 0.02
 """Unbalanced share of the largest energy above which a run warns [-]."""
@@ -203,19 +203,3 @@ def _ply_entry(ply: Ply, formed: FormedPly) -> dict[str, Any]:
         "max_strain_weft": float(formed.strain[:, 1].max()),
         "draw_in_m": draw_in(ply, formed.points),
     }
-
-
-def area_percentile(values: NDArray[np.float64], areas: NDArray[np.float64], share: float) -> float:
-    """Value that a share of the area lies below, whatever the sizes of the triangles.
-
-    Each triangle stands at the middle of its area in the sorted row; between, linear.
-
-    Args:
-        values: shape [triangle].
-        areas: flat areas [m²], shape [triangle].
-        share: of the area, from 0 to 1.
-    """
-    order = np.argsort(values, kind="stable")
-    ends = np.cumsum(areas[order])
-    middles = (ends - 0.5 * areas[order]) / ends[-1]
-    return float(np.interp(share, middles, values[order]))

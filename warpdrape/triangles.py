@@ -1,4 +1,4 @@
-"""Flat triangles: yarn gradients D[α,a] = t_α · ∇N_a, the stable step they allow."""
+"""Flat triangles: yarn gradients D[α,a] = t_α · ∇N_a, stable step, percentiles by area."""
 
 from __future__ import annotations
 
@@ -54,3 +54,19 @@ def highest_frequency_squared(
     g1, g2, g12 = yarns[0] * d1, yarns[1] * d2, np.sqrt(yarns[0] * yarns[1]) * d12
     largest = 0.5 * (g1 + g2) + np.sqrt(0.25 * (g1 - g2) ** 2 + g12**2)
     return 3.0 / areal_density * (largest + shear * (np.sqrt(d1) + np.sqrt(d2)) ** 2)
+
+
+def area_percentile(values: np.ndarray, areas: np.ndarray, share: float) -> float:
+    """Value that a share of the area lies below, whatever the sizes of the triangles.
+
+    Each triangle stands at the middle of its area in the sorted row; between, linear.
+
+    Args:
+        values: shape [triangle].
+        areas: flat areas [m²], shape [triangle].
+        share: of the area, from 0 to 1.
+    """
+    order = np.argsort(values, kind="stable")
+    ends = np.cumsum(areas[order])
+    middles = (ends - 0.5 * areas[order]) / ends[-1]
+    return float(np.interp(share, middles, values[order]))
