@@ -202,7 +202,11 @@ def test_three_plies_form_as_with_a_search_at_every_step():
     assert exact.completed and fast.completed
     for one, other in zip(fast.summary["plies"], exact.summary["plies"], strict=True):
         assert one["p95_shear_deg"] == pytest.approx(other["p95_shear_deg"], abs=0.3)
-    assert farthest_apart(fast, exact) < 1e-3
+    # Two fast runs whose steps differ by half a per cent end up to 0.18 mm apart (root mean square
+    # over a ply), and 1.0 mm at one vertex, where the coarse stack folds this way or that.
+    for one, other in zip(fast.plies, exact.plies, strict=True):
+        apart = np.linalg.norm(one.points - other.points, axis=1)
+        assert np.sqrt(np.mean(apart**2)) < 3e-4
 
 
 def test_a_search_at_every_step_asks_at_every_step():
