@@ -94,15 +94,24 @@ def shadow(
 
 
 @wp.func
+def nearer(
+    facets: PlyFacets, best: NearestFacet, facet: int, x: wp.array(dtype=wp.vec3d), i: int
+) -> NearestFacet:
+    """The best so far, or another facet where that is nearer to vertex i."""
+    there = nearest_on_facet(facets, facet, x, i)
+    if wp.length_sq(there.offset) < wp.length_sq(best.offset):
+        return there
+    return best
+
+
+@wp.func
 def nearest_round(
     facets: PlyFacets, nearest: NearestFacet, corner: int, x: wp.array(dtype=wp.vec3d), i: int
 ) -> NearestFacet:
     """Nearest facet of those round a corner."""
     best = nearest
     for k in range(facets.first_of_fan[corner], facets.first_of_fan[corner + 1]):
-        there = nearest_on_facet(facets, facets.fans[k], x, i)
-        if wp.length_sq(there.offset) < wp.length_sq(best.offset):
-            best = there
+        best = nearer(facets, best, facets.fans[k], x, i)
     return best
 
 
@@ -126,9 +135,7 @@ def nearest_beside(
     beside = facets.beside[nearest.facet]
     for k in range(3):
         if w[k] <= limit and beside[k] >= 0:
-            there = nearest_on_facet(facets, beside[k], x, i)
-            if wp.length_sq(there.offset) < wp.length_sq(best.offset):
-                best = there
+            best = nearer(facets, best, beside[k], x, i)
     return best
 
 

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from warpdrape.flat_mesh import FlatMesh
 from warpdrape.model import build_model
 from warpdrape.ply import Ply, lay_up
 from warpdrape.result import FormedPly
 from warpdrape.scene import Scene
 from warpdrape.summary import (
     ContactExtremes,
+    _ply_entry,
     energy_error,
     mean_while_loaded,
     quasi_static,
@@ -141,6 +143,19 @@ def test_numbers_of_a_ply(stack):
     assert entry["p95_shear_deg"] == pytest.approx(below + (place % 1.0) * (above - below))
     assert entry["max_strain_warp"] == pytest.approx(2e-3)
     assert entry["max_strain_weft"] == pytest.approx(5e-4)
+
+
+def test_large_triangles_count_for_more():
+    corners = [(0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1), (0.09, 0.05)]
+    triangles = [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+    share = np.array([0.25, 0.05, 0.25, 0.45])  # of the area, each
+    shear = np.array([10.0, 38.0, 20.0, 12.0])
+    mesh = FlatMesh(np.array(corners), np.array(triangles))
+    ply = replace(Ply.rectangle("ply", "carbon_interlock", 0.1, cells=2), mesh=mesh)
+    entry = _ply_entry(ply, formed(ply, shear))
+    assert entry["mean_abs_shear_deg"] == pytest.approx((share * shear).sum())
+    assert entry["p95_shear_deg"] == pytest.approx(area_percentile(shear, share, 0.95))
+    assert entry["p95_shear_deg"] < area_percentile(shear, np.ones(4), 0.95) - 1.0
 
 
 def test_a_percentile_is_of_the_area_and_not_of_the_count():
