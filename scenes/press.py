@@ -43,7 +43,7 @@ def hemisphere_tools(
         name: of the scene.
         plies: from the die up.
         parameters: of the scene; travel, duration, holder_force, facet, contact_share, contact,
-            brake and fast are used.
+            brake, kinetic_limit, minimum_time_step, mass_scaling and fast are used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
     """
@@ -66,7 +66,13 @@ def hemisphere_tools(
     numerics = Numerics(contact_share=share)
     if parameters["fast"]:
         numerics = replace(FAST, contact_share=max(share, FAST.contact_share))
-    numerics = replace(numerics, contact=parameters["contact"])
+    numerics = replace(
+        numerics,
+        contact=parameters["contact"],
+        kinetic_limit=parameters["kinetic_limit"] or None,
+        minimum_time_step=parameters["minimum_time_step"] or None,
+        mass_scaling=parameters["mass_scaling"],
+    )
     return Scene(
         name=name,
         plies=plies,

@@ -22,6 +22,7 @@ def build(
     travel: float = 0.075,
     duration: float = 0.08,
     brake: float = 0.85,
+    kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
     ply_friction: float = 0.3,
@@ -30,6 +31,8 @@ def build(
     facet: float = 5e-3,
     contact_share: float = 0.04,
     contact: str = "fast",
+    minimum_time_step: float = 0.0,
+    mass_scaling: str = "plain",
     fast: bool = False,
 ) -> Scene:
     """Build the hemisphere on the reference press, with three square plies.
@@ -42,6 +45,7 @@ def build(
         duration: of the stroke [s].
         brake: share of the stroke in which the punch slows down, below 1 [-]; much of it, as plies
             that inertia carries too far on each other stay there.
+        kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: Coulomb coefficient between plies [-].
@@ -50,6 +54,8 @@ def build(
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
         contact: "fast", or "exact" to search for every vertex at every step.
+        minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
+        mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
     """
     parameters = dict(locals())

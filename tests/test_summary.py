@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from warpdrape.flat_mesh import FlatMesh
+from warpdrape.loading import Loading
 from warpdrape.model import build_model
 from warpdrape.ply import Ply, lay_up
 from warpdrape.result import FormedPly
@@ -69,6 +70,7 @@ def summary_of(model, contacts=None, plies=None, **columns):
         contacts or still(model),
         history(**columns),
         plies or [formed(ply) for ply in model.scene.plies],
+        Loading(model.scene, model.timing),
         failure="",
         steps=100,
         wall=2.0,

@@ -83,6 +83,21 @@ def measure_membranes(model: Model, state: State) -> tuple[np.ndarray, np.ndarra
     return np.concatenate(strains), np.concatenate(tensions), np.concatenate(energies)
 
 
+def kinetic_energy(model: Model, state: State) -> tuple[float, float]:
+    """Of plies and floating tools, and what of it is owed to added mass [J].
+
+    With selective mass scaling, momentum over lumped mass is w: ½ Σ m v·w.
+    """
+    v, mass = state.v.numpy(), model.masses.mass
+    w = v if model.selective is None else state.w.numpy()
+    plies = 0.5 * mass @ np.einsum("ij,ij->i", v, w)
+    unscaled = 0.5 * (mass - model.masses.added) @ np.einsum("ij,ij->i", v, v)
+    floats = model.floating.floats.numpy() == 1
+    tool_speed = (state.tool_velocity.numpy() ** 2).sum(axis=1)
+    tools = 0.5 * (model.floating.mass.numpy() * tool_speed)[floats].sum()
+    return float(plies + tools), float(plies - unscaled)
+
+
 def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies:
     """Add up the energies.
 
@@ -92,18 +107,15 @@ def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies
         membrane_energy: (yarn, shear, stabiliser) [J], shape [triangle, 3].
     """
     scene = model.scene
-    x, v = state.x.numpy(), state.v.numpy()
+    x = state.x.numpy()
+    kinetic, added = kinetic_energy(model, state)
     lost = np.einsum("ij->j", state.lost.numpy())
-    floats = model.floating.floats.numpy() == 1
-    tool_speed = (state.tool_velocity.numpy() ** 2).sum(axis=1)
-    tool_kinetic = 0.5 * (model.floating.mass.numpy() * tool_speed)[floats].sum()
-    square = np.einsum("ij,ij->i", v, v)
     gravity = np.asarray(scene.gravity, dtype=float)
     weighing = model.masses.mass - model.masses.added
     fallen = np.einsum("i,ij->j", weighing, x - model.rest.numpy())
     yarn, shear, stabiliser = np.einsum("ij->j", membrane_energy)
     return Energies(
-        kinetic=float(0.5 * (model.masses.mass * square).sum() + tool_kinetic),
+        kinetic=kinetic,
         yarn=float(yarn),
         shear=float(shear),
         stabiliser=float(stabiliser),
@@ -115,5 +127,5 @@ def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies
         tool_work=float(state.tool_work.numpy().sum()),
         clamp_work=float(state.clamp_work.numpy().sum()),
         gravity_work=float(fallen @ gravity),
-        added_mass_kinetic=float(0.5 * (model.masses.added * square).sum()),
+        added_mass_kinetic=added,
     )

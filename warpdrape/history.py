@@ -30,6 +30,7 @@ def history_row(
     model: Model,
     state: State,
     time: float,
+    loading_time: float,
     steps: int,
     energies: Energies,
     plies: Sequence[FormedPly],
@@ -41,18 +42,19 @@ def history_row(
         model: the model.
         state: its state, its impulses summed over ``steps``.
         time: simulated time [s].
+        loading_time: time of the tools' and clamps' motions [s], as in `loading`.
         steps: steps since the row before.
         energies: the balance now.
         plies: the plies now.
         before: the row before, None for the first.
     """
-    row = {"time_s": time}
+    row = {"time_s": time, "loading_time_s": loading_time}
     shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
     for k, tool in enumerate(model.scene.tools):
         axis = tool_axis(tool)
         row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
-    row.update(_clamp_entries(model, state, time, steps, before))
+    row.update(_clamp_entries(model, state, loading_time, steps, before))
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)

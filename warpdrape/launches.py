@@ -22,6 +22,7 @@ from warpdrape.kernels.ply_contact import (
     copy_to_single,
     find_ply_contacts,
 )
+from warpdrape.kernels.selective_mass import drift_vertices, push_vertices, raise_power
 from warpdrape.kernels.tool_contact import add_tool_forces, find_tool_contacts
 from warpdrape.membrane import launch_loads
 from warpdrape.model import ASK_EVERY, Model, State, near_reach
@@ -243,8 +244,11 @@ def add_tool_contact(part: Part) -> None:
 
 
 def advance_plies(part: Part) -> None:
-    """Move a part's vertices."""
+    """Move a part's vertices; with selective mass scaling push them only, see `raise_powers`."""
     model, state = part.model, part.moving
+    if model.selective is not None:
+        push_plies(part)
+        return
     for first, count in part.vertices:
         if model.scene.clamps:
             wp.launch(
@@ -269,6 +273,49 @@ def advance_plies(part: Part) -> None:
             count,
             inputs=[first, model.medium, model.mass, model.added_mass, model.clamp],
             outputs=[state.x, state.v, state.f, state.lost, state.runaway],
+            device=model.device,
+        )
+
+
+def push_plies(part: Part) -> None:
+    """Advance the momenta of a part's vertices."""
+    model, state = part.model, part.moving
+    for first, count in part.vertices:
+        wp.launch(
+            push_vertices,
+            count,
+            inputs=[first, model.medium, model.selective.start, model.mass],
+            outputs=[state.f, state.w, state.mean_w, state.power_now],
+            device=model.device,
+        )
+
+
+def raise_power_of(part: Part, number: int) -> None:
+    """Do a step of the recurrence from momenta to velocities; the last one moves the vertices.
+
+    The terms change places at every step: a part reads those that its neighbours made in the one
+    before.
+    """
+    model, state = part.model, part.moving
+    matrix, powers = model.selective.matrix, model.selective.powers
+    terms = [state.power_now, state.power_old]
+    now, old = terms if number % 2 == 0 else reversed(terms)
+    for first, count in part.vertices:
+        if number < len(powers) - 1:
+            wp.launch(
+                raise_power,
+                count,
+                inputs=[first, matrix, powers[number], state.w, now],
+                outputs=[old],
+                device=model.device,
+            )
+            continue
+        medium, mass = model.medium, model.mass
+        wp.launch(
+            drift_vertices,
+            count,
+            inputs=[first, medium, matrix, powers[number], mass, state.w, state.mean_w, now, old],
+            outputs=[state.x, state.v, state.lost, state.runaway],
             device=model.device,
         )
 
@@ -302,6 +349,9 @@ def end_step(model: Model, state: State) -> None:
 def advance(part: Part) -> None:
     """Move vertices and tools, and go to the next step; for a part that is the whole."""
     advance_plies(part)
+    if part.model.selective is not None:
+        for number in range(len(part.model.selective.powers)):
+            raise_power_of(part, number)
     end_step(part.model, part.moving)
 
 

@@ -83,19 +83,23 @@ def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
 
 def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
     """Bound on ω² [1/s²] of each triangle of a ply."""
-    fabric = ply.fabric
     gradients, _ = flat_gradients(ply)
+    return highest_frequency_squared(
+        gradients, ply.fabric.areal_density, *sheet_stiffness(ply, numerics)
+    )
+
+
+def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
+    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m]."""
+    fabric = ply.fabric
     if isinstance(fabric.tension, IsotropicMembrane):
         sheet = fabric.tension
         stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
-        return highest_frequency_squared(
-            gradients, fabric.areal_density, (stiffness,) * 2, stiffness
-        )
+        return (stiffness, stiffness), stiffness
     shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
     yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
     stabiliser = stabiliser_stiffness(fabric, numerics)
-    stiffened = (yarns[0] + stabiliser, yarns[1] + stabiliser)
-    return highest_frequency_squared(gradients, fabric.areal_density, stiffened, shear)
+    return (yarns[0] + stabiliser, yarns[1] + stabiliser), shear
 
 
 def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:

@@ -22,6 +22,7 @@ from warpdrape.kernels.tool_contact import (
 from warpdrape.membrane import Membrane, build_membrane
 from warpdrape.ply_facets import build_facets
 from warpdrape.scene import Scene
+from warpdrape.selective_mass import SelectiveMass, build_selective_mass
 from warpdrape.time_step import LumpedMass, lump_masses
 from warpdrape.timing import Timing, peak_speed, plan_steps
 from warpdrape.tool_arrays import floating_tools, tool_surfaces
@@ -39,6 +40,8 @@ a sheet that snaps gains speed."""
 ASK_EVERY = 16
 """Contact searches from one in which every vertex asks for the nearest facet of another ply to the
 next such one; between, it walks from the facet that it remembers."""
+SELECTIVE = ("w", "mean_w", "power_now", "power_old")
+"""Arrays of the state that selective mass scaling needs."""
 RUNAWAY = 100.0
 """Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
 
@@ -70,6 +73,7 @@ class Model:
         timing: steps.
         membranes: the plies' triangles.
         masses: vertex masses on the host.
+        selective: selective mass scaling, None without.
         mass: vertex masses [kg], shape [vertex].
         added_mass: share of them that mass scaling added [kg], shape [vertex].
         offset: half the ply thickness [m], shape [vertex].
@@ -91,6 +95,7 @@ class Model:
     timing: Timing
     membranes: tuple[Membrane, ...]
     masses: LumpedMass
+    selective: SelectiveMass | None
     mass: wp.array
     added_mass: wp.array
     offset: wp.array
@@ -113,6 +118,10 @@ class State:
 
     x: wp.array
     v: wp.array
+    w: wp.array
+    mean_w: wp.array
+    power_now: wp.array
+    power_old: wp.array
     f: wp.array
     step: wp.array
     runaway: wp.array
@@ -181,6 +190,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         timing=timing,
         membranes=membranes,
         masses=masses,
+        selective=build_selective_mass(scene, masses.mass, masses.scaling, device),
         mass=wp.array(masses.mass, dtype=wp.float64, device=device),
         added_mass=wp.array(masses.added, dtype=wp.float64, device=device),
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
@@ -272,6 +282,7 @@ def initial_state(model: Model) -> State:
     return State(
         x=wp.clone(model.rest),
         v=zeros(n, vec),
+        **{name: zeros(n if model.selective else 0, vec) for name in SELECTIVE},
         f=zeros(n, vec),
         step=zeros(1, wp.int32),
         runaway=wp.full(1, -1, dtype=wp.int32, device=device),

@@ -24,6 +24,10 @@ class Numerics:
         time_step: Δt [s]; None takes ``safety`` times the stable one.
         safety: Δt over the stable step [-].
         minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
+        mass_scaling: "plain" adds it to vertices; "selective" to the stretching of triangles alone,
+            none to the motion of larger pieces.
+        kinetic_limit: kinetic over internal energy [-] above which tools and clamps go slower than
+            their motions say, at most ten times; None lets them go as they are given.
         yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
         graph: replay captured launches (the same results, faster).
     """
@@ -39,12 +43,20 @@ class Numerics:
     time_step: float | None = None
     safety: float = 0.9
     minimum_time_step: float | None = None
+    mass_scaling: str = "plain"
+    kinetic_limit: float | None = None
     yarn_softening: float = 1.0
     graph: bool = True
 
     def __post_init__(self) -> None:
         one_of("averaging", self.averaging, ("pairs", "plain"))
         one_of("contact", self.contact, ("fast", "exact"))
+        one_of("mass_scaling", self.mass_scaling, ("plain", "selective"))
+        if self.mass_scaling == "selective" and self.minimum_time_step is None:
+            raise InputError(
+                "mass_scaling = 'selective' adds mass until a step is reached: give "
+                "minimum_time_step, in seconds"
+            )
         positive("stabiliser", self.stabiliser, zero=True)
         positive("stabiliser_floor", self.stabiliser_floor, zero=True)
         positive("damping", self.damping, unit="1/s", zero=True)
@@ -64,6 +76,8 @@ class Numerics:
             raise InputError(
                 f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
             )
+        if self.kinetic_limit is not None:
+            positive("kinetic_limit", self.kinetic_limit)
         for name in ("time_step", "minimum_time_step"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name), unit="s")

@@ -98,7 +98,7 @@ class Profile:
         self._model, self._sampling = model, sampling
         self._seconds = {"stepping": 0.0, "results": 0.0, "output": 0.0, "profiling": 0.0}
         self._phases = dict.fromkeys((*PER_STEP, "tool search", "ply search"), 0.0)
-        self._sampled = 0
+        self._sampled = self._steps = 0
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:
@@ -109,18 +109,23 @@ class Profile:
         finally:
             self._seconds[name] += time.perf_counter() - start
 
-    def sample(self, state: State, frame: int) -> None:
-        """Time the phases at a frame, should it be time to; they count since the sample before."""
+    def sample(self, state: State, frame: int, steps: int) -> None:
+        """Time the phases at a frame, should it be time to; they count since the sample before.
+
+        Args:
+            state: the state now.
+            frame: its number.
+            steps: done so far.
+        """
         timing = self._model.timing
         if not self._sampling or frame * SAMPLES // timing.frames == (
             self._sampled * SAMPLES // timing.frames
         ):
             return
         with self.timed("profiling"):
-            steps = (frame - self._sampled) * timing.steps_per_frame
             for name, cost in time_phases(self._model, state).items():
-                self._phases[name] += steps * cost
-            self._sampled = frame
+                self._phases[name] += (steps - self._steps) * cost
+            self._sampled, self._steps = frame, steps
 
     def seconds(self) -> dict[str, float]:
         """Wall time by phase [s]; "Python" is what the phases leave of the stepping.

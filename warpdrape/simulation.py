@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from warpdrape.crew import choose_threads
-from warpdrape.energy import Energies, balance, measure_membranes
+from warpdrape.energy import Energies, balance, kinetic_energy, measure_membranes
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.history import history_row
+from warpdrape.loading import Loading
 from warpdrape.model import Model, State, build_model, initial_state
 from warpdrape.phases import Profile
 from warpdrape.progress import Progress
@@ -52,29 +53,36 @@ def run_scene(
     check_steps(model)
     state = initial_state(model)
     check_contacts(model, state)
-    recorder = Recorder(model, folder, threads=threads, profile=profile)
+    loading = Loading(scene, model.timing)
+    recorder = Recorder(model, folder, loading, threads=threads, profile=profile)
     try:
         with Progress(scene.duration, quiet=quiet) as progress:
-            failure = _march(model, state, threads, recorder, progress)
+            failure = _march(model, state, threads, loading, recorder, progress)
     except Exception as error:  # a fault of ours: keep the frames, then let it be seen
         recorder.finish(f"stopped by an unexpected {type(error).__name__}: {error}")
         raise
     return recorder.finish(failure)
 
 
-def _march(model: Model, state: State, threads: int, recorder: Recorder, progress: Progress) -> str:
+def _march(
+    model: Model,
+    state: State,
+    threads: int,
+    loading: Loading,
+    recorder: Recorder,
+    progress: Progress,
+) -> str:
     """Step through all frames; return why it stopped early, or an empty text."""
-    timing = model.timing
     try:
         with closing(Stepper(model, state, threads)) as stepper:
-            recorder.record(state, 0, 0)
-            for frame in range(1, timing.frames + 1):
+            recorder.record(state, 0)
+            for frame in range(1, model.timing.frames + 1):
                 with recorder.profile.timed("stepping"):
-                    _step_frame(model, state, stepper, frame, recorder)
-                recorder.profile.sample(state, frame)
-                row = recorder.record(state, frame, timing.steps_per_frame)
+                    _step_frame(model, state, stepper, loading, frame, recorder)
+                recorder.profile.sample(state, frame, recorder.steps)
+                row = recorder.record(state, frame)
                 words = f"max shear {row['max_shear_deg']:.1f}°"
-                progress.update(row["time_s"], words, steps=recorder.steps)
+                progress.update(loading.time, words, steps=recorder.steps)
     except RunFailed as reason:
         return str(reason)
     except KeyboardInterrupt:
@@ -83,18 +91,23 @@ def _march(model: Model, state: State, threads: int, recorder: Recorder, progres
 
 
 def _step_frame(
-    model: Model, state: State, stepper: Stepper, frame: int, recorder: Recorder
+    model: Model, state: State, stepper: Stepper, loading: Loading, frame: int, recorder: Recorder
 ) -> None:
     """Do the steps that lead to a frame; raise `RunFailed` if a vertex runs away."""
     timing = model.timing
-    stepper.begin_frame(frame)
-    for block in range(timing.steps_per_frame // timing.search_every):
-        stepper.block()
-        recorder.steps += timing.search_every
-        vertex = int(state.runaway.numpy()[0])
-        if vertex >= 0:
-            done = (frame - 1) * timing.steps_per_frame + (block + 1) * timing.search_every
-            raise RunFailed(where_it_blew_up(model, vertex, done * timing.time_step))
+    while not loading.come_to(frame):
+        times = loading.stretch(frame)
+        stepper.begin(times)
+        for _ in range((len(times) - 1) // timing.search_every):
+            stepper.block()
+            recorder.steps += timing.search_every
+            vertex = int(state.runaway.numpy()[0])
+            if vertex >= 0:
+                when = recorder.steps * timing.time_step
+                raise RunFailed(where_it_blew_up(model, vertex, when))
+        if loading.limited:
+            _, _, energy = measure_membranes(model, state)
+            loading.adapt(kinetic_energy(model, state)[0], float(energy.sum()))
 
 
 def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
@@ -120,10 +133,16 @@ class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes."""
 
     def __init__(
-        self, model: Model, folder: RunFolder | None, *, threads: int = 1, profile: bool = False
+        self,
+        model: Model,
+        folder: RunFolder | None,
+        loading: Loading,
+        *,
+        threads: int = 1,
+        profile: bool = False,
     ) -> None:
         """Open the run folder, if there is one; with ``profile``, time the phases of the steps."""
-        self.steps = 0
+        self.steps, self._steps_before, self._loading = 0, 0, loading
         self.profile = Profile(model, sampling=profile)
         self._profiled = profile
         self._model, self._folder = model, folder
@@ -144,13 +163,12 @@ class Recorder:
                 [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
             )
 
-    def record(self, state: State, frame: int, steps: int) -> dict[str, float]:
+    def record(self, state: State, frame: int) -> dict[str, float]:
         """Take down a frame.
 
         Args:
             state: the state now.
             frame: its number.
-            steps: steps since the one before.
 
         Returns:
             The row of the history.
@@ -159,7 +177,7 @@ class Recorder:
             RunFailed: if a number is not finite, or energy came from nowhere; nothing is kept then.
         """
         with self.profile.timed("results"):
-            row = self._take_down(state, frame, steps)
+            row = self._take_down(state)
         if self._history is not None:
             with self.profile.timed("output"):
                 self._history.append(row)
@@ -167,22 +185,23 @@ class Recorder:
                 self._usd.write(frame, row["time_s"], frames, state.tool_shift.numpy())
         return row
 
-    def _take_down(self, state: State, frame: int, steps: int) -> dict[str, float]:
-        model = self._model
+    def _take_down(self, state: State) -> dict[str, float]:
+        model, loading = self._model, self._loading
         strains, tensions, energy = measure_membranes(model, state)
         energies = balance(model, state, energy)
-        now = frame * model.timing.steps_per_frame * model.timing.time_step
+        now, steps = loading.simulated, self.steps - self._steps_before
         plies = read_plies(model, state, strains, tensions)
         self._refuse_nonsense(plies, now)
         self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
-        row = history_row(model, state, now, steps, energies, plies, before)
+        row = history_row(model, state, now, loading.time, steps, energies, plies, before)
         for name, value in row.items():
             if not np.isfinite(value):
                 raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")
         state.impulse.zero_()
         state.clamp_force.zero_()
         self._rows.append(row)
+        self._steps_before = self.steps
         self._plies, self._contacts = plies, ContactExtremes.of(state)
         return row
 
@@ -232,6 +251,7 @@ class Recorder:
             self._contacts,
             history,
             self._plies,
+            self._loading,
             failure=failure,
             steps=self.steps,
             wall=wall,

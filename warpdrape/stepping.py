@@ -14,6 +14,7 @@ from warpdrape.crew import Barrier, Crew, Pace
 from warpdrape.model import ASK_EVERY, Model, State
 from warpdrape.motion import Float
 from warpdrape.partition import Part, split
+from warpdrape.timing import frame_times
 
 FEW_STEPS = range(6, 13)
 """Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
@@ -30,7 +31,7 @@ def search_contacts(model: Model, state: State) -> None:
 
 def step(whole: Part) -> None:
     """Advance everything by one step, for a part that is the whole."""
-    for section in step_sections(1):
+    for section in step_sections(1, powers_of(whole.model)):
         section(whole, [whole])
 
 
@@ -43,13 +44,19 @@ def search_sections(*, asking: bool) -> list[Section]:
     return [_measure_hollows, partial(_find, asking)]
 
 
-def step_sections(count: int) -> list[Section]:
-    """So many steps, likewise.
+def powers_of(model: Model) -> int:
+    """Steps of the recurrence that selective mass scaling takes, 0 without."""
+    return 0 if model.selective is None else len(model.selective.powers)
+
+
+def step_sections(count: int, powers: int = 0) -> list[Section]:
+    """So many steps, likewise, each with the powers of selective mass scaling.
 
     Part 0 moves the tools while the others scatter: nothing there depends on tools.
     """
     ends = [_end_step_and_scatter] * (count - 1) + [_end_steps]
-    return [_scatter, *(section for end in ends for section in (_move, end))]
+    moves = [_move, *(partial(_raise_power, number) for number in range(powers))]
+    return [_scatter, *(section for end in ends for section in (*moves, end))]
 
 
 def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
@@ -70,6 +77,10 @@ def _move(part: Part, parts: Sequence[Part]) -> None:
     launches.gather_forces(part, parts)
     launches.add_tool_contact(part)
     launches.advance_plies(part)
+
+
+def _raise_power(number: int, part: Part, _: Sequence[Part]) -> None:
+    launches.raise_power_of(part, number)
 
 
 def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
@@ -118,8 +129,9 @@ class _Job:
         self._ask, self._walk = (
             partial(self._launch, search_sections(asking=asking)) for asking in (True, False)
         )
-        self._few = partial(self._launch, step_sections(few))
-        self._rest = partial(self._launch, step_sections(rest)) if rest else None
+        powers = powers_of(own[0].model)
+        self._few = partial(self._launch, step_sections(few, powers))
+        self._rest = partial(self._launch, step_sections(rest, powers)) if rest else None
 
     def capture(self) -> None:
         """Replay from now on what the launches of now record."""
@@ -191,15 +203,19 @@ class Stepper:
             self._crew = None
 
     def begin_frame(self, frame: int) -> None:
-        """Put the prescribed motions of a frame's steps on the device.
+        """Prescribe the motions of the steps to a frame, numbered from 1, at full pace."""
+        self.begin(frame_times(self._model.timing, frame))
+
+    def begin(self, times: np.ndarray) -> None:
+        """Put the prescribed motions of the coming steps on the device.
 
         Args:
-            frame: number of the frame that these steps lead to, from 1.
+            times: of the motions, before the first step and after each [s]; no more steps than a
+                frame has.
         """
         model, state = self._model, self._state
-        scene, timing = model.scene, model.timing
-        steps = np.arange(timing.steps_per_frame + 1) + (frame - 1) * timing.steps_per_frame
-        time = steps * timing.time_step
+        scene = model.scene
+        time = np.pad(times, (0, model.timing.steps_per_frame + 1 - len(times)), mode="edge")
         if scene.tools:
             shape = (len(scene.tools), len(time))
             path, force = np.zeros((*shape, 3)), np.zeros(shape)

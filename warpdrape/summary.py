@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.draw_in import draw_in
+from warpdrape.loading import Loading
 from warpdrape.membrane import flat_gradients
 from warpdrape.model import Model, State
 from warpdrape.ply import Ply
@@ -89,6 +90,7 @@ def summarise(
     contacts: ContactExtremes,
     history: Mapping[str, np.ndarray],
     plies: Sequence[FormedPly],
+    loading: Loading,
     *,
     failure: str,
     steps: int,
@@ -101,6 +103,7 @@ def summarise(
         contacts: penetrations and slips by the last good frame.
         history: columns over the frames.
         plies: the last good frame.
+        loading: the clock of the motions.
         failure: why the run stopped early, empty if it did not.
         steps: steps done.
         wall: time they took [s].
@@ -128,7 +131,7 @@ def summarise(
     added = float(model.masses.added.sum())
     strain = max(float(ply.strain.max()) for ply in plies)
     speed_up = softening_entries(model.scene.numerics.yarn_softening, history, strain)
-    warnings += softening_warnings(speed_up)
+    warnings += softening_warnings(speed_up) + loading.warnings()
     return {
         "status": "failed" if failure else "completed",
         "message": failure or "; ".join(warnings) or "completed",
@@ -148,7 +151,9 @@ def summarise(
         "mass_kg": float(model.masses.mass.sum()),
         "added_mass_kg": added,
         "added_mass_kinetic_ratio": mean_while_loaded(history, "added_mass_kinetic_j"),
+        "mass_scaling_order": model.masses.scaling.order,
         **speed_up,
+        **loading.entries(),
         "tools": _tool_entries(model, contacts, history),
         "interfaces": _interfaces(model, contacts),
         "plies": [_ply_entry(p, f) for p, f in zip(model.scene.plies, plies, strict=True)],

@@ -126,6 +126,14 @@ def _quality(summary: Mapping[str, Any]) -> str:
     if summary["added_mass_kg"] > 0.0:
         share = summary["added_mass_kg"] / (summary["mass_kg"] - summary["added_mass_kg"])
         parts.append(f"mass scaling added {100 * share:.3g} % of mass")
+    if summary["mass_scaling_order"] > 1:
+        ratio = summary["added_mass_kinetic_ratio"]
+        parts.append(f"selectively added mass carried {_percent(ratio)} of the internal energy")
+    if "kinetic_limit" in summary:
+        parts.append(
+            f"motions slowed to {summary['slowest_pace']:.2g} of their speed to keep kinetic over "
+            f"internal energy below {_percent(summary['kinetic_limit'])}"
+        )
     if summary["yarn_softening"] > 1.0:
         parts.append(
             f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "

@@ -11,6 +11,7 @@ from warpdrape.errors import InputError
 from warpdrape.membrane import flat_gradients, triangle_frequencies
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
+from warpdrape.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
@@ -23,12 +24,14 @@ class LumpedMass:
 
     Attributes:
         mass: mass of every vertex, plies one after the other [kg], shape [vertex].
-        added: share of it that mass scaling added [kg], shape [vertex].
+        added: share of it that plain mass scaling added [kg], shape [vertex].
+        scaling: of selective mass scaling.
         stable_step: largest stable step [s], contact included.
     """
 
     mass: np.ndarray
     added: np.ndarray
+    scaling: Polynomial
     stable_step: float
 
 
@@ -59,18 +62,21 @@ def stable_step(highest: float, numerics: Numerics, contacts: bool) -> float:
 
 
 def lump_masses(scene: Scene) -> LumpedMass:
-    """Lump each triangle's mass on its vertices, a third each, scaled where asked."""
+    """Lump each triangle's mass on its vertices, a third each, scaled where asked.
+
+    Raises:
+        InputError: if selective mass scaling cannot do what is asked.
+    """
     contacts = bool(scene.tools) or len(scene.plies) > 1
-    target = scene.numerics.minimum_time_step
+    numerics, allowed = scene.numerics, np.inf
+    if numerics.minimum_time_step is not None:
+        share = stable_step(1.0, numerics, contacts) * numerics.safety / numerics.minimum_time_step
+        allowed = share**2
+    selective = numerics.mass_scaling == "selective"
     masses, added, highest = [], [], 0.0
     for ply in scene.plies:
-        frequency = triangle_frequencies(ply, scene.numerics)
-        scale = np.ones(len(frequency))
-        if target is not None:
-            allowed = (
-                stable_step(1.0, scene.numerics, contacts) * scene.numerics.safety / target
-            ) ** 2
-            scale = np.maximum(frequency / allowed, 1.0)
+        frequency = triangle_frequencies(ply, numerics)
+        scale = np.maximum(frequency / (np.inf if selective else allowed), 1.0)
         _, areas = flat_gradients(ply)
         third = ply.fabric.areal_density * areas / 3.0
         vertex = np.asarray(ply.mesh.triangles)
@@ -79,10 +85,21 @@ def lump_masses(scene: Scene) -> LumpedMass:
         masses.append(total)
         added.append(total - np.bincount(vertex.ravel(), np.repeat(third, 3), count))
         highest = max(highest, float((frequency / scale).max()))
+    scaling = Polynomial(1)
+    if selective and scene.clamps:
+        raise InputError(
+            "mass_scaling = 'selective' is for plies that nothing but tools and contact hold, and "
+            f"clamp {scene.clamps[0].name!r} leads vertices: take 'plain'"
+        )
+    if selective and highest > allowed:
+        bound = laplacian_bound(scene)
+        scaling = choose_polynomial(bound, allowed)
+        highest = scaling.peak * bound
     return LumpedMass(
         np.concatenate(masses),
         np.concatenate(added),
-        stable_step(highest, scene.numerics, contacts),
+        scaling,
+        stable_step(highest, numerics, contacts),
     )
 
 

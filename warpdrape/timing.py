@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from warpdrape.scene import Scene
 from warpdrape.time_step import choose_step
 
@@ -36,6 +38,12 @@ class Timing:
     def steps(self) -> int:
         """Steps in all."""
         return self.frames * self.steps_per_frame
+
+
+def frame_times(timing: Timing, frame: int) -> np.ndarray:
+    """Time before the first step that leads to a frame, numbered from 1, and after each [s]."""
+    steps = np.arange(timing.steps_per_frame + 1) + (frame - 1) * timing.steps_per_frame
+    return steps * timing.time_step
 
 
 def peak_speed(scene: Scene) -> float:

@@ -1,0 +1,149 @@
+"""How fast tools and clamps go through their motions: as given, or held back by kinetic energy.
+
+Motions are functions of a time of their own, the *loading time*. It is the simulated time unless
+`Numerics.kinetic_limit` is given: then it goes slower wherever plies and floating tools carry more
+kinetic energy than that share of what the plies store, so that a stroke given too short becomes as
+long as it must be, and only where it must.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpdrape.law_curves import sample_couples
+from warpdrape.law_data import initial_shear_stiffness
+from warpdrape.laws import IsotropicMembrane
+from warpdrape.membrane import flat_gradients
+from warpdrape.ply import Ply
+from warpdrape.scene import Scene
+from warpdrape.timing import Timing, frame_times
+
+LOOKS = 240
+"""Looks at the energies in a run at full pace, at least."""
+SLOWEST_PACE = 0.1
+"""Least loading time that passes in a second [-]."""
+SLOWING, HASTENING = 0.8, 1.1
+"""Factors by which the pace changes at most from one look to the next [-]: tools that stop short
+let go of what they push."""
+UNLOADED_SHEAR = math.radians(5.0)
+"""Plies sheared by less than this throughout count as hardly loaded: the limit is then a share of
+what they store at this angle. At the start of a stroke they store nothing, however slow it is."""
+PASSED = 2.0
+"""Kinetic energy over the limit, at its largest, from which a run warns [-]."""
+
+
+def reference_energy(plies: tuple[Ply, ...]) -> float:
+    """Energy [J] that the plies store where they are sheared by `UNLOADED_SHEAR` throughout."""
+    total = 0.0
+    for ply in plies:
+        _, areas = flat_gradients(ply)
+        if isinstance(ply.fabric.tension, IsotropicMembrane):
+            density = 0.5 * initial_shear_stiffness(ply.fabric) * UNLOADED_SHEAR**2
+        else:
+            density = float(sample_couples(ply.fabric, np.array([UNLOADED_SHEAR]))[1][0])
+        total += density * float(areas.sum())
+    return total
+
+
+class Loading:
+    """The clock of the motions.
+
+    Attributes:
+        steps: done so far.
+        time: loading time so far [s].
+        pace: loading time that passes in a second now [-].
+    """
+
+    def __init__(self, scene: Scene, timing: Timing) -> None:
+        """Begin at zero, at full pace."""
+        self.steps, self.time, self.pace = 0, 0.0, 1.0
+        self._scene, self._timing = scene, timing
+        self._limit = scene.numerics.kinetic_limit
+        self._next = 1.0
+        self._slowest, self._most = 1.0, 0.0
+        self._reference = reference_energy(scene.plies) if self.limited else 0.0
+
+    @property
+    def limited(self) -> bool:
+        """Whether the kinetic energy holds the motions back."""
+        return self._limit is not None
+
+    @property
+    def simulated(self) -> float:
+        """Simulated time so far [s]."""
+        return self.steps * self._timing.time_step
+
+    def come_to(self, frame: int) -> bool:
+        """Whether loading has come to a frame; they are evenly spaced in loading time."""
+        if not self.limited:
+            return self.steps >= frame * self._timing.steps_per_frame
+        return self.time >= self._end(frame)
+
+    def stretch(self, frame: int) -> np.ndarray:
+        """Go on for some steps, at most to a frame.
+
+        Args:
+            frame: number of the frame to come, from 1.
+
+        Returns:
+            Loading times before the first of these steps and after each of them [s].
+        """
+        timing = self._timing
+        if not self.limited:
+            times = frame_times(timing, frame)
+        else:
+            steps = self._steps_to_look(frame)
+            # From one pace to the other at a constant rate: tools change speed without a jump.
+            gone = np.arange(steps + 1) * timing.time_step
+            rate = (self._next - self.pace) / gone[-1]
+            times = self.time + (self.pace + 0.5 * rate * gone) * gone
+            times = np.minimum(times, self._scene.duration)
+            self.pace = self._next
+        self.steps, self.time = self.steps + len(times) - 1, float(times[-1])
+        return times
+
+    def adapt(self, kinetic: float, internal: float) -> None:
+        """Choose the pace to come to by the next look.
+
+        Args:
+            kinetic: energy of plies and floating tools now [J].
+            internal: what the plies store now [J].
+        """
+        allowed = self._limit * (internal + self._reference)
+        self._most = max(self._most, kinetic / allowed)
+        wanted = self.pace * math.sqrt(allowed / kinetic) if kinetic > 0.0 else 1.0
+        wanted = min(max(wanted, SLOWING * self.pace), HASTENING * self.pace)
+        self._next = min(max(wanted, SLOWEST_PACE), 1.0)
+        self._slowest = min(self._slowest, self._next)
+
+    def entries(self) -> dict[str, float]:
+        """Entries of ``summary.json``: the limit, how slow loading became, how well it was kept."""
+        if not self.limited:
+            return {}
+        return {
+            "kinetic_limit": float(self._limit),
+            "slowest_pace": self._slowest,
+            "kinetic_over_limit": self._most,
+        }
+
+    def warnings(self) -> list[str]:
+        """Warn where kinetic energy passed the limit by far."""
+        if self._most <= PASSED:
+            return []
+        return [
+            f"kinetic energy came to {self._most:.3g} times what kinetic_limit = {self._limit:g} "
+            f"allows, at paces down to {self._slowest:.2g}: lengthen the duration"
+        ]
+
+    def _end(self, frame: int) -> float:
+        return frame * self._scene.duration / self._timing.frames * (1.0 - 1e-12)
+
+    def _steps_to_look(self, frame: int) -> int:
+        """Steps to the next look, or as many as lead just beyond a frame; whole blocks."""
+        timing = self._timing
+        every = timing.search_every
+        between = max(timing.steps_per_frame // math.ceil(LOOKS / timing.frames), every)
+        left = (self._end(frame) - self.time) / (min(self.pace, self._next) * timing.time_step)
+        return every * max(min(between // every, math.ceil(left / every)), 1)
