@@ -129,14 +129,14 @@ def test_a_bad_limit_is_refused(limit):
         Numerics(kinetic_limit=limit)
 
 
-def coarse(frames=10, **options):
+def coarse(frames=10, device="cpu", **options):
     """A hemisphere pressed in 20 ms, where inertia spoils it."""
-    return hemisphere.build(cells=8, duration=0.02, **options).run(frames=frames)
+    return hemisphere.build(cells=8, duration=0.02, **options).run(frames=frames, device=device)
 
 
-def test_a_hasty_press_is_slowed_down_and_comes_out_like_a_slow_one():
+def test_a_hasty_press_is_slowed_down_and_comes_out_like_a_slow_one(device):
     slow = hemisphere.build(cells=8, duration=0.16).run(frames=10)
-    hasty, held = coarse(), coarse(kinetic_limit=0.05)
+    hasty, held = coarse(), coarse(device=device, kinetic_limit=0.05)
     assert held.completed and held.summary["quasi_static"] and not hasty.summary["quasi_static"]
     assert 2.0 < held.summary["simulated_s"] / hasty.summary["simulated_s"] < 1.0 / SLOWEST_PACE
     drawn = [r.summary["plies"][0]["draw_in_m"]["warp"] for r in (slow, hasty, held)]

@@ -71,11 +71,11 @@ def sheared(points, ply, angle):
 
 @pytest.mark.parametrize("angle", [0.0, 0.6])
 @pytest.mark.parametrize("law", ["yarns", "isotropic"])
-def test_no_motion_stores_more_than_the_laplacian_makes_of_it(law, angle):
+def test_no_motion_stores_more_than_the_laplacian_makes_of_it(law, angle, device):
     """K ≤ L in every direction: what the stable step stands on."""
     cloth = CLOTH if law == "yarns" else fabric(IsotropicMembrane(3e4, 0.3), NoShear())
     scene = sheet(replace(cloth, compressive_factor=1.0))
-    model = build_model(scene, "cpu", frames=1)
+    model = build_model(scene, device, frames=1)
     state = initial_state(model)
     formed = sheared(model.rest.numpy(), scene.plies[0], angle if law == "yarns" else 0.0)
 
@@ -93,9 +93,9 @@ def test_no_motion_stores_more_than_the_laplacian_makes_of_it(law, angle):
     assert np.linalg.eigvalsh(stiffness - laplacian)[-1] < 1e-3 * scale
 
 
-def test_a_step_is_the_polynomial_of_the_matrix():
+def test_a_step_is_the_polynomial_of_the_matrix(device):
     scene = selective(3.5, sheet())
-    model = build_model(scene, "cpu", frames=1)
+    model = build_model(scene, device, frames=1)
     order = model.masses.scaling.order
     assert order == 4
     state = initial_state(model)
@@ -118,9 +118,9 @@ def test_a_step_is_the_polynomial_of_the_matrix():
     np.testing.assert_allclose(mass @ w, mass @ v, atol=1e-12 * np.abs(mass[:, None] * w).sum())
 
 
-def test_a_sheet_falls_as_fast_as_without():
+def test_a_sheet_falls_as_fast_as_without(device):
     scene = selective(3.0, sheet(gravity=(1.0, 0.0, -9.81)))
-    result = scene.run(frames=2)
+    result = scene.run(frames=2, device=device)
     assert result.summary["mass_scaling_order"] == 4
     assert result.summary["added_mass_kg"] == 0.0
     drop = result.plies[0].points - result.plies[0].rest_points
@@ -130,9 +130,9 @@ def test_a_sheet_falls_as_fast_as_without():
     np.testing.assert_allclose(drop, np.broadcast_to(expected, drop.shape), atol=1e-12)
 
 
-def shaken(scene, speed):
+def shaken(scene, speed, device):
     """Model, state and stepper of single steps, after a random push that excites every mode."""
-    model = build_model(scene, "cpu", frames=1)
+    model = build_model(scene, device, frames=1)
     assert model.timing.search_every == 1
     state = initial_state(model)
     push = speed * np.random.default_rng(2).standard_normal((len(model.masses.mass), 3))
@@ -143,14 +143,14 @@ def shaken(scene, speed):
     return model, state, stepper
 
 
-def test_a_shaken_sheet_keeps_momentum_and_energy_at_many_times_the_step():
+def test_a_shaken_sheet_keeps_momentum_and_energy_at_many_times_the_step(device):
     """Central differences keep ½ m v(n − ½)·w(n + ½) + U(n); without the scaling they blow up."""
     elastic = sheet(replace(CLOTH, compressive_factor=1.0))  # no kink at zero strain
     scene = selective(4.0, elastic, contact="exact")
     step = scene.numerics.minimum_time_step
     with pytest.raises(InputError, match="above the stable"):
         replace(scene, numerics=Numerics(time_step=step)).run()
-    model, state, stepper = shaken(scene, speed=5e-3)
+    model, state, stepper = shaken(scene, 5e-3, device)
     assert model.timing.time_step > 0.99 * step
     mass, totals, stored = model.masses.mass, [], []
     momentum = mass @ state.v.numpy()
@@ -168,10 +168,10 @@ def test_a_shaken_sheet_keeps_momentum_and_energy_at_many_times_the_step():
     np.testing.assert_allclose(mass @ state.v.numpy(), momentum, atol=1e-12 * np.abs(mass).sum())
 
 
-def test_damping_takes_what_the_sheet_loses():
+def test_damping_takes_what_the_sheet_loses(device):
     elastic = sheet(replace(CLOTH, compressive_factor=1.0))
     scene = selective(3.0, elastic, contact="exact", damping=2000.0)
-    model, state, stepper = shaken(scene, speed=5e-3)
+    model, state, stepper = shaken(scene, 5e-3, device)
 
     def found():
         """Total at the positions' time, and what damping has taken by half a step before."""
@@ -209,8 +209,10 @@ def test_graph_replay_is_eager_launching_bit_for_bit():
     assert_same_bits(graph, eager)
 
 
-def test_a_press_balances_its_energy():
-    plain, scaled = (scene.run(frames=4) for scene in (small_press(clamps=[]), pressed()))
+def test_a_press_balances_its_energy(device):
+    plain, scaled = (
+        scene.run(frames=4, device=device) for scene in (small_press(clamps=[]), pressed())
+    )
     assert scaled.summary["steps"] < 0.4 * plain.summary["steps"]
     assert scaled.summary["tools"][1]["max_force_n"] > 0.1
     assert scaled.summary["energy_error"] < 0.01
