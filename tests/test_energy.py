@@ -36,7 +36,7 @@ def test_sums_hold_what_their_names_say():
         assert getattr(energies, name) == sum(terms[part] for part in parts), name
 
 
-def test_added_mass_has_inertia_and_no_weight():
+def test_added_mass_has_inertia_and_no_weight(device):
     ply = Ply.rectangle("ply", "carbon_interlock", 0.1, cells=3, mesh="random")
     scene = Scene(
         name="fall",
@@ -45,7 +45,7 @@ def test_added_mass_has_inertia_and_no_weight():
         numerics=Numerics(minimum_time_step=2e-5),
         gravity=(0.0, 0.0, -10.0),
     )
-    model = build_model(scene, "cpu", 1)
+    model = build_model(scene, device, 1)
     added, mass = model.masses.added, model.masses.mass
     assert added.sum() > 0.5 * mass.sum()
     state = initial_state(model)

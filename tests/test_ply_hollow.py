@@ -10,12 +10,12 @@ RADIUS = 0.04
 THICKNESS = 6e-4
 
 
-def test_inner_vertices_do_not_press_the_chords_of_the_outer_ply():
+def test_inner_vertices_do_not_press_the_chords_of_the_outer_ply(device):
     """Two plies on concentric cylinders touch; the outer's chords cut 0.4 mm off its arc."""
     names = ("inner", "outer")
     blanks = [Ply.rectangle(n, "carbon_interlock", 0.1, cells=10, mesh="grid") for n in names]
     plies = lay_up(blanks)
-    model = build_model(Scene(name="bent", plies=plies, duration=1e-3), "cpu", frames=1)
+    model = build_model(Scene(name="bent", plies=plies, duration=1e-3), device, frames=1)
     state = initial_state(model)
     flat = model.rest.numpy()
     x = flat.copy()
