@@ -202,7 +202,7 @@ def stretch_curve(
         strains: times [s], shape [n], to (warp, weft) strains, shape [n, 2].
     """
     history = result.history
-    middle = 0.5 * (history["time_s"][1:] + history["time_s"][:-1])
+    middle = 0.5 * (history["loading_time_s"][1:] + history["loading_time_s"][:-1])
     warp_strain, weft_strain = strains(middle).T
     columns = {"warp_strain": warp_strain, "weft_strain": weft_strain}
     exact = yarn_tensions(fabric, strains(middle)) * side / np.array(fabric.yarn_width)
