@@ -2,7 +2,7 @@
 
 Frame k is time code k and 24 frames play in a second, so a slow-motion film of the run; the
 simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Frames are saved as
-they come, those that come within a fifth of a second together, into ``.NAME.partial.usdc`` beside
+they come, those that come within half a second together, into ``.NAME.partial.usdc`` beside
 the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
 the frames saved so far (the library updates the file's index in place: only a kill or power cut
 inside the millisecond of a save can spoil it).
@@ -37,7 +37,7 @@ from warpdrape.usd_stage import (
 
 FRAMES_PER_SECOND = 24.0
 """Frames that a viewer plays in a second, by default."""
-SAVE_EVERY = 0.2
+SAVE_EVERY = 0.5
 """Least time between two saves [s]: each costs as much as several frames, and a run that is killed
 loses no more than the frames of that time."""
 _SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
