@@ -18,7 +18,7 @@ import sys
 from pathlib import Path
 
 HEAD = f"{'case':24}{'triangles':>10}{'Mtri-steps/s':>13}{'ratio':>7}{'least':>7}{'most':>7}"
-HEAD += f"{'peak MB':>9}{'contacts':>10}{'60 frames':>11}"
+HEAD += f"{'peak MB':>9}{'contacts':>10}{'60 frames':>11}{'measured':>10}"
 
 
 def line(row: dict) -> str:
@@ -26,7 +26,7 @@ def line(row: dict) -> str:
     least, most = row["spread"]
     figures = f"{row['case']:24}{row['triangles']:10,}{row['rate'] / 1e6:13.2f}"
     figures += f"{row['ratio']:7.3f}{least:7.3f}{most:7.3f}{row['peak_mb']:9.0f}"
-    figures += f"{row['contacts']:10.2f}{100 * row['output']:9.2f} %"
+    figures += f"{row['contacts']:10.2f}{100 * row['output']:9.2f} %{100 * row['results']:8.2f} %"
     shares = [f"{name} {100 * share:.0f} %" for name, share in row["phases"].items()]
     return f"{figures}\n    {', '.join(shares)}"
 

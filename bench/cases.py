@@ -8,6 +8,7 @@ press yet: the column of contacts tells.
 from __future__ import annotations
 
 import itertools
+import math
 import resource
 import statistics
 import tempfile
@@ -28,7 +29,7 @@ from warpdrape.partition import split
 from warpdrape.phases import time_phases
 from warpdrape.result import read_plies
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
-from warpdrape.usd import PlyShape, ToolShape, UsdWriter
+from warpdrape.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 
 FRAMES = 100
 """Frames into which runs are divided."""
@@ -72,6 +73,7 @@ class Measurement:
         peak_mb: largest memory of the process, which does this case alone [MB].
         contacts: contacts with tools that press, per vertex [-].
         output: time of writing 60 frames of USD over that of the run's steps [-].
+        results: likewise of measuring what they show and ``history.csv`` holds, file or not [-].
         phases: share of each phase.
     """
 
@@ -83,6 +85,7 @@ class Measurement:
     peak_mb: float
     contacts: float
     output: float
+    results: float
     phases: dict[str, float] = field(default_factory=dict)
 
 
@@ -146,7 +149,8 @@ def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
     pressing = (state.tool_holds.numpy()["stored"] > 0.0).sum()
     if state.runaway.numpy()[0] >= 0:
         raise SystemExit(f"{name} blew up while it was timed")
-    output = time_frames(model, state) / (model.timing.steps * step)
+    run = model.timing.steps * step
+    output, results = (spent / run for spent in time_frames(model, state, run))
     phases = time_phases(model, state, time.process_time)
     shares = {phase: cost / step for phase, cost in phases.items()}
     shares["Python"] = max(1.0 - sum(shares.values()), 0.0)
@@ -160,6 +164,7 @@ def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
         peak,
         float(pressing / len(model.masses.mass)),
         output,
+        results,
         shares,
     )
 
@@ -205,34 +210,45 @@ def march(model: Model, state: State, frame: int, count: int) -> Iterator[tuple[
             yield searched - start, time.process_time() - searched
 
 
-def time_frames(model: Model, state: State) -> float:
-    """Processor time of writing the usual frames of USD, with what they show measured [s].
+def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
+    """Processor time of writing the usual frames of USD, and of measuring what they show [s].
 
-    Of large models only some are written.
+    The profile of a run calls them output and results. Of large models only some are written. That
+    the USD library has to start first is part of a run's start-up.
+
+    Args:
+        model: the model.
+        state: its state.
+        run: time of all steps [s]; says how many frames are saved together.
     """
-    scene, frames = model.scene, []
+    scene, writing, measuring = model.scene, [], []
     written = min(USUAL_FRAMES, max(4, WRITTEN_TRIANGLES // len(model.facets.corners)))
+    together = math.ceil(SAVE_EVERY * USUAL_FRAMES / run)
     x, random = state.x.numpy().copy(), np.random.default_rng(0)
+    plies = [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies]
+    tools = [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools]
     with tempfile.TemporaryDirectory() as folder:
+        UsdWriter(Path(folder, "starts_the_library.usdc"), plies, tools).close()
         start = time.process_time()
-        writer = UsdWriter(
-            Path(folder, "scene.usdc"),
-            [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies],
-            [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
-        )
+        writer = UsdWriter(Path(folder, "scene.usdc"), plies, tools)
         opened = time.process_time() - start
         for frame in range(written):
             state.x.assign(x + 1e-6 * random.standard_normal(x.shape))  # equal frames are kept once
             start = time.process_time()
             strains, tensions, energy = measure_membranes(model, state)
             balance(model, state, energy)
-            plies = read_plies(model, state, strains, tensions)
+            formed = read_plies(model, state, strains, tensions)
+            measured = time.process_time()
             now = frame * model.timing.steps_per_frame * model.timing.time_step
-            shown = [ply.frame() for ply in plies]
+            shown = [ply.frame() for ply in formed]
             writer.write(frame, now, shown, state.tool_shift.numpy())
-            frames.append(time.process_time() - start)
+            if (frame + 1) % together == 0:
+                writer.save()
+            writing.append(time.process_time() - measured)
+            measuring.append(measured - start)
         start = time.process_time()
         writer.close()
         closed = time.process_time() - start
     state.x.assign(x)
-    return opened + USUAL_FRAMES / written * (sum(frames) + closed)
+    share = USUAL_FRAMES / written
+    return opened + share * (sum(writing) + closed), share * sum(measuring)

@@ -134,13 +134,18 @@ def yarn_state(
         gradients: of the yarn families, as in `Membrane` [1/m], shape [m, 4].
         yarn_angle: from warp to weft in the flat ply [rad].
     """
-    a = points[triangles[:, 0]]
-    ab, ac = points[triangles[:, 1]] - a, points[triangles[:, 2]] - a
-    k1 = _unit(gradients[:, :1] * ab + gradients[:, 1:2] * ac)
-    k2 = _unit(gradients[:, 2:3] * ab + gradients[:, 3:] * ac)
-    angle = np.arccos(np.clip(np.einsum("ij,ij->i", k1, k2), -1.0, 1.0))
-    return k1, k2, yarn_angle - angle
+    columns = np.ascontiguousarray(points.T)  # sums over rows of three are slow in numpy
+    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
+    ab, ac = b - a, c - a
+    d = gradients.T
+    k1, k2 = _unit(d[0] * ab + d[1] * ac), _unit(d[2] * ab + d[3] * ac)
+    angle = np.arccos(np.clip(_dot(k1, k2), -1.0, 1.0))
+    return np.ascontiguousarray(k1.T), np.ascontiguousarray(k2.T), yarn_angle - angle
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.sqrt(np.einsum("ij,ij->i", vectors, vectors))[:, None]
+    return vectors / np.sqrt(_dot(vectors, vectors))

@@ -158,11 +158,12 @@ class HistoryWriter:
         """
         if self._file.closed:
             raise ValueError(f"{self.path} is closed: no row can be added")
-        values = {key: as_json(value, f"{self.path.name}: {key}") for key, value in row.items()}
+        name = self.path.name
+        values = {key: as_json(value, f"{name}: {key}") for key, value in row.items()}
         known = self.columns or tuple(values)
         if set(values) != set(known):
             odd = sorted(set(values) ^ set(known))
-            raise ValueError(f"{self.path.name}: {', '.join(odd)} not in both first and this row")
+            raise ValueError(f"{name}: {', '.join(odd)} not in both first and this row")
         try:
             if not self.columns:
                 self._rows.writerow(known)

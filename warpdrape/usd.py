@@ -2,7 +2,7 @@
 
 Frame k is time code k and 24 frames play in a second, so a slow-motion film of the run; the
 simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Frames are saved as
-they come, those that come within a fifth of a second together, into ``.NAME.partial.usdc`` beside
+they come, those that come within half a second together, into ``.NAME.partial.usdc`` beside
 the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
 the frames saved so far (the library updates the file's index in place: only a kill or power cut
 inside the millisecond of a save can spoil it).
@@ -24,7 +24,7 @@ from pxr import Gf, Sdf, Tf, Usd
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.run_folder import give_final_name, partial_path
 from warpdrape.usd_stage import (
-    TIME_ATTRIBUTE,
+    TIME_PATH,
     MeshPrim,
     define_materials,
     define_ply,
@@ -37,7 +37,7 @@ from warpdrape.usd_stage import (
 
 FRAMES_PER_SECOND = 24.0
 """Frames that a viewer plays in a second, by default."""
-SAVE_EVERY = 0.2
+SAVE_EVERY = 0.5
 """Least time between two saves [s]: each costs as much as several frames, and a run that is killed
 loses no more than the frames of that time."""
 _SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
@@ -131,12 +131,13 @@ class UsdWriter:
         self._saved_at = time.monotonic()
         self._spoilt = False
         self._unsaved_bytes = 0
-        self._stage: Usd.Stage | None = _create(self.partial_path)
-        set_up_stage(self._stage, frames_per_second)
-        cloth, metal = define_materials(self._stage)
-        self._plies = [define_ply(self._stage, mesh, cloth) for mesh in self._meshes]
-        self._tools = [define_tool(self._stage, mesh, metal) for mesh in tool_meshes]
-        self._time = self._stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
+        # Frames go into the layer itself: a stage over it would follow each of their values.
+        self._layer: Sdf.Layer | None = _create(self.partial_path)
+        stage = Usd.Stage.Open(self._layer)
+        set_up_stage(stage, frames_per_second)
+        cloth, metal = define_materials(stage)
+        self._plies = [define_ply(stage, mesh, cloth) for mesh in self._meshes]
+        self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
         self._save()
 
     def write(
@@ -159,7 +160,7 @@ class UsdWriter:
         Raises: ValueError naming ply and quantity when a value is not finite or a shape is wrong;
             RunFailed when the disk refuses.
         """
-        if self._stage is None:
+        if self._layer is None:
             raise ValueError(f"{self.path} is closed: no frame can be added")
         if frame_index <= self._last:
             raise ValueError(f"frame_index = {frame_index} must be above the last, {self._last}")
@@ -188,14 +189,14 @@ class UsdWriter:
     ) -> None:
         with Sdf.ChangeBlock():
             for attributes, values in zip(self._plies, ply_values, strict=True):
-                for name, attribute in attributes.items():
-                    attribute.Set(to_usd(values[name]), frame)
-            for operation, move in zip(self._tools, moves, strict=True):
-                operation.Set(Gf.Vec3d(*map(float, move)), frame)
-            self._time.Set(time_s, frame)
+                for name, path in attributes.items():
+                    self._layer.SetTimeSample(path, frame, to_usd(values[name]))
+            for path, move in zip(self._tools, moves, strict=True):
+                self._layer.SetTimeSample(path, frame, Gf.Vec3d(*map(float, move)))
+            self._layer.SetTimeSample(TIME_PATH, frame, time_s)
             if self._last < 0:
-                self._stage.SetStartTimeCode(frame)
-            self._stage.SetEndTimeCode(frame)
+                self._layer.startTimeCode = frame
+            self._layer.endTimeCode = frame
         self._last = frame
 
     def save(self) -> None:
@@ -211,7 +212,7 @@ class UsdWriter:
 
         Raises: RunFailed when the disk refuses the frames not saved yet.
         """
-        if self._stage is None:
+        if self._layer is None:
             return
         try:
             self.save()
@@ -219,8 +220,7 @@ class UsdWriter:
             self._let_go()
 
     def _let_go(self) -> None:
-        self._plies, self._tools, self._time = [], [], None
-        self._stage = None  # the library lets go of the file, as Windows wants before a rename
+        self._layer = None  # the library lets go of the file, as Windows wants before a rename
         if self._last < 0 or self._spoilt:
             self.partial_path.unlink(missing_ok=True)
             return
@@ -237,7 +237,7 @@ class UsdWriter:
 
     def _save(self) -> None:
         try:
-            self._stage.GetRootLayer().Save()
+            self._layer.Save()
             self._saved, self._saved_at, self._unsaved_bytes = self._last, time.monotonic(), 0
         except Tf.ErrorException as error:
             self._spoilt = True
@@ -262,9 +262,9 @@ class UsdWriter:
             )
 
 
-def _create(path: Path) -> Usd.Stage:
+def _create(path: Path) -> Sdf.Layer:
     try:
-        return Usd.Stage.CreateNew(str(path))
+        return Sdf.Layer.CreateNew(str(path))
     except Tf.ErrorException as error:
         raise InputError(
             f"path = {path} cannot be created: give a folder in which you may write, and a name "
