@@ -222,7 +222,8 @@ def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
         run: time of all steps [s]; says how many frames are saved together.
     """
     scene, writing, measuring = model.scene, [], []
-    written = min(USUAL_FRAMES, max(4, WRITTEN_TRIANGLES // len(model.facets.corners)))
+    triangles = sum(membrane.triangle_count for membrane in model.membranes)
+    written = min(USUAL_FRAMES, max(4, WRITTEN_TRIANGLES // triangles))
     together = math.ceil(SAVE_EVERY * USUAL_FRAMES / run)
     x, random = state.x.numpy().copy(), np.random.default_rng(0)
     plies = [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies]

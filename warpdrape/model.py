@@ -79,7 +79,7 @@ class Model:
         offset: half the ply thickness [m], shape [vertex].
         rest: positions at the start [m], shape [vertex].
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
-        facets: the plies' triangles, as contact between plies sees them.
+        facets: the plies' triangles, as contact between plies sees them; empty for a single ply.
         query_meshes: per ply, moved along for contact searches.
         tool_meshes: per tool, in its own frame.
         surfaces: the tools' facets.
@@ -196,7 +196,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
         offset=wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, vertices), dtype=wp.int32, device=device),
-        facets=build_facets([ply.mesh.triangles for ply in scene.plies], vertices, device),
+        facets=_ply_facets(scene, vertices, device),
         query_meshes=query_meshes,
         tool_meshes=tool_meshes,
         surfaces=surfaces,
@@ -215,6 +215,12 @@ def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
         at = names.index(clamp.ply)
         index[first[at] + clamp.vertices(scene.plies[at].rest_points)] = number
     return index
+
+
+def _ply_facets(scene: Scene, vertices: np.ndarray, device: str) -> PlyFacets:
+    if len(scene.plies) == 1:
+        return PlyFacets()
+    return build_facets([ply.mesh.triangles for ply in scene.plies], vertices, device)
 
 
 def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
