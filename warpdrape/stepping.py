@@ -10,9 +10,11 @@ import numpy as np
 import warp as wp
 
 from warpdrape import launches
-from warpdrape.crew import Barrier, Crew, Pace
+from warpdrape.cores import SpareCores
+from warpdrape.crew import Barrier, Crew
 from warpdrape.model import ASK_EVERY, Model, State
 from warpdrape.motion import Float
+from warpdrape.pace import Pace
 from warpdrape.partition import Part, split
 
 FEW_STEPS = range(6, 13)
@@ -179,7 +181,8 @@ class Stepper:
         self._parts = split(model, state, threads)
         self._alone = _Job(self._parts, self._parts, None)
         self._captured = not model.scene.numerics.graph
-        self._pace, self._barrier = Pace(), Barrier(threads) if threads > 1 else None
+        self._barrier = Barrier(threads) if threads > 1 else None
+        self._pace = Pace(SpareCores(threads)) if threads > 1 else None
         self._crew: Crew | None = None
         self._blocks, self._asking = 0, True
         self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
