@@ -309,7 +309,9 @@ def gather_forces(part: Part, parts: Sequence[Part]) -> None:
     """Add to a part's vertices the forces that the other parts have scattered there."""
     ours = part.moving.f
     for first, count in part.vertices:
-        for other in parts[1:]:
+        for other in parts:
+            if other is part:
+                continue
             inputs = [first, count, other.scattering.f]
             wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
 

@@ -176,13 +176,14 @@ class Stepper:
     """
 
     def __init__(self, model: Model, state: State, threads: int = 1) -> None:
-        """Cut the model into a part for each thread; graphs are captured at the first block."""
+        """Cut the model into a part for each thread; graphs are captured when first needed."""
         self._model, self._state = model, state
         self._parts = split(model, state, threads)
         self._alone = _Job(self._parts, self._parts, None)
         self._captured = not model.scene.numerics.graph
-        self._barrier = Barrier(threads) if threads > 1 else None
-        self._pace = Pace(SpareCores(threads)) if threads > 1 else None
+        several = threads > 1 and model.scene.numerics.graph
+        self._pace = Pace(SpareCores(threads)) if several else None
+        self._barrier = Barrier(threads) if several else None
         self._crew: Crew | None = None
         self._blocks, self._asking = 0, True
         self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
@@ -192,6 +193,11 @@ class Stepper:
         if self._crew is not None:
             self._crew.close()
             self._crew = None
+
+    @property
+    def together(self) -> bool:
+        """Whether the next block is for threads."""
+        return self._barrier is not None and self._pace.together
 
     def begin_frame(self, frame: int) -> None:
         """Put the prescribed motions of a frame's steps on the device.
@@ -226,15 +232,15 @@ class Stepper:
         if not self._captured:
             self._alone.capture()
             self._captured = True
-            if self._barrier is not None:
-                self._crew = self._muster(self._barrier)
         self._asking = self._blocks % self._ask_every == 0
         self._blocks += 1
-        if self._crew is None:
+        if self._barrier is None:
             self._alone.run(self._asking)
             return
+        if self._crew is None and self.together:
+            self._crew = self._muster(self._barrier)
         start = time.perf_counter()
-        if self._pace.together:
+        if self.together:
             self._barrier.reset()
             self._crew.run()
         else:
