@@ -82,12 +82,24 @@ def test_threads_are_left_at_once_when_a_core_is_taken_and_taken_up_at_once_when
     assert chosen[162] and sum(chosen[162:]) >= 330
 
 
+def test_trials_that_failed_are_forgotten_once_threads_have_paid():
+    taken = range(200, 205)
+    chosen = pace_of(
+        lambda _: 1.0,
+        lambda block: 3.0 if block < 100 or block in taken else 0.55,
+        240,
+        lambda block: block not in taken,
+    )
+    assert 4 <= sum(chosen[:100]) <= 6 and sum(chosen[140:200]) >= 58
+    assert sum(chosen[205:]) >= 33
+
+
 def test_where_nothing_is_seen_freed_cores_are_found_by_trials():
     taken = range(50, 160)
     chosen = pace_of(
         lambda _: 1.0, lambda block: 3.0 if block in taken else 0.55, 500, lambda _: None
     )
-    assert 3 <= sum(chosen[50:160]) <= 6
+    assert 3 <= sum(chosen[50:160]) <= 7
     assert sum(chosen[-100:]) >= 95
 
 

@@ -83,8 +83,6 @@ class Pace:
 
     def _check_is_due(self) -> bool:
         """Whether to compute a block alone though threads pay."""
-        if not self.together:
-            return False
         ratio = self._ratio()
         return self._row >= next(blocks for most, blocks in CHECKS if ratio < most)
 
@@ -92,9 +90,5 @@ class Pace:
         """Whether to compute a block with threads though they do not pay, as far as is known."""
         if len(self._alone) < FIRST or self.together:
             return False
-        enough = self._spare.enough()
-        failed = self._failed
-        if enough is None and self._threads:
-            failed = max(failed, 1)
-        wait = 0 if failed == 0 else min(WAIT * 2 ** (failed - 1), LONGEST)
-        return enough is not False and self._row >= wait
+        wait = min(WAIT * 2 ** (self._failed - 1), LONGEST) if self._failed else 0
+        return self._spare.enough() is not False and self._row >= wait
