@@ -3,7 +3,7 @@
 Two runs of three plies, one with as many threads as there are cores and one with a single thread,
 do their blocks of steps in turn in one process, from the start, so that what happens on the machine
 meets both alike; a program beside them is a loop that takes a core. Figures are ratios of wall
-time, default over one thread: below 1 threads are faster. Pages for the documents are made of them.
+time, default over one thread: below 1 threads are faster.
 """
 
 from __future__ import annotations
