@@ -57,20 +57,52 @@ def await_parts(
     wait_for_parts(part, parts, spins, give_way, arrived)
 
 
+@wp.func_native(
+    """
+#if !defined(__CUDACC__)
+    double* from = reinterpret_cast<double*>(theirs.data + first);
+    double* to = reinterpret_cast<double*>(ours.data + first);
+    const int size = 3 * count, group = 24;
+    for (int k = 0; k < size; k += group) {
+        const bool whole = k + group <= size;
+        unsigned long long bits[group], any = whole ? 0 : 1;
+        if (whole) {
+            __builtin_memcpy(bits, from + k, sizeof(bits));
+            for (int i = 0; i < group; ++i) any |= bits[i];
+        }
+        if (!any) continue;
+        const int end = whole ? k + group : size;
+        for (int i = k; i < end; ++i) {
+            to[i] += from[i];
+            from[i] = 0.0;
+        }
+    }
+#endif
+"""
+)
+def add_run(
+    first: int, count: int, theirs: wp.array(dtype=wp.vec3d), ours: wp.array(dtype=wp.vec3d)
+):
+    """Add a run of entries and clear it; see `take_over`."""
+    ...
+
+
 @wp.kernel(enable_backward=False)
-def take_over(first: int, theirs: wp.array(dtype=wp.vec3d), ours: wp.array(dtype=wp.vec3d)):
-    """Add the entries of another part to ours and clear them; one thread an entry from ``first``.
+def take_over(
+    first: int, count: int, theirs: wp.array(dtype=wp.vec3d), ours: wp.array(dtype=wp.vec3d)
+):
+    """Add entries of another part to ours and clear them; one thread in all. On the CPU only.
+
+    The compiler makes vector instructions of the plain loop. Most entries are zero, as parts meet
+    only at their borders: groups of eight that are zero cost no more than a look.
 
     Args:
         first: number of the first entry.
+        count: how many there are.
         theirs: any unit; cleared.
         ours: accumulated.
     """
-    i = first + wp.tid()
-    value = theirs[i]
-    if value[0] != wp.float64(0.0) or value[1] != wp.float64(0.0) or value[2] != wp.float64(0.0):
-        ours[i] += value
-        theirs[i] = wp.vec3d()
+    add_run(first, count, theirs, ours)
 
 
 @wp.kernel(enable_backward=False)

@@ -10,7 +10,7 @@ from test_engine import small_press
 
 from warpdrape import crew, stepping
 from warpdrape.cli import main
-from warpdrape.crew import Crew, Pace, choose_threads
+from warpdrape.crew import Crew, choose_threads
 from warpdrape.errors import InputError
 from warpdrape.model import build_model, initial_state
 from warpdrape.partition import LARGEST, MOST_RUNS, split
@@ -210,41 +210,6 @@ def test_an_interrupt_frees_the_parts_that_wait():
     assert not any(thread.is_alive() for thread in threads)
 
 
-def pace_of(alone, together, blocks):
-    """Whether each block was for threads, where these are the times of the two ways."""
-    pace, chosen = Pace(), []
-    for block in range(blocks):
-        chosen.append(pace.together)
-        pace.took(together(block) if chosen[-1] else alone(block))
-    return chosen
-
-
-def test_threads_are_used_while_they_pay():
-    chosen = pace_of(lambda _: 1.0, lambda _: 0.55, 300)
-    assert sum(chosen) >= 285 and not chosen[0]
-
-
-def test_threads_that_do_not_pay_are_tried_rarely():
-    chosen = pace_of(lambda _: 1.0, lambda _: 1.3, 300)
-    spent = sum(1.3 if together else 1.0 for together in chosen)
-    assert spent < 1.03 * 300
-    chosen = pace_of(lambda _: 1.0, lambda _: 5.0, 300)
-    assert sum(chosen) <= 10
-
-
-def test_a_slow_first_block_does_not_count():
-    chosen = pace_of(lambda block: 9.0 if block == 0 else 1.0, lambda _: 2.0, 60)
-    assert sum(chosen) <= 6
-
-
-def test_threads_are_left_soon_after_a_core_is_taken_and_taken_up_again():
-    taken = range(50, 160)
-    chosen = pace_of(lambda _: 1.0, lambda block: 3.0 if block in taken else 0.55, 500)
-    assert sum(chosen[20:50]) >= 29
-    assert sum(chosen[50:160]) <= 8
-    assert sum(chosen[-100:]) >= 95
-
-
 def test_threads_by_default_are_for_large_models(monkeypatch):
     monkeypatch.setattr(crew, "physical_cores", lambda: 4)
     least = crew.LEAST_TRIANGLES
@@ -253,10 +218,6 @@ def test_threads_by_default_are_for_large_models(monkeypatch):
     assert choose_threads(None, "cpu", 100 * least) == 4
     assert choose_threads(None, "cuda:0", 100 * least) == 1
     assert choose_threads(3, "cpu", 100) == 3
-
-
-def test_there_is_at_least_one_core():
-    assert 1 <= crew.physical_cores() <= 4096
 
 
 @pytest.mark.parametrize("threads", [0, -2, 1.5, True, "two", 1000])

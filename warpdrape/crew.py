@@ -1,35 +1,26 @@
-"""Threads that compute the parts of a model together, and when they had better not.
+"""Threads that compute the parts of a model together.
 
 Replaying a captured graph releases the interpreter's lock, and the parts wait for each other inside
-their graphs. Where the system has given a part's core to another process all others wait, so `Pace`
-measures whether threads pay; the parts computed one after another give the same results to the bit.
+their graphs. Where the system has given a part's core to another process all others wait, so that
+`warpdrape.pace` chooses; the parts one after another give the same results to the bit.
 """
 
 from __future__ import annotations
 
 import ctypes
-import math
 import os
 import threading
-from collections import deque
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from queue import SimpleQueue
 
 import warp as wp
 
+from warpdrape.cores import physical_cores
 from warpdrape.errors import InputError
 from warpdrape.kernels.parts import LINE, await_parts
 
 SPINS = 1000
 """Looks at a counter before the core is offered to others at each: some 20 µs."""
-RECENT = 4
-"""Blocks of each way over whose times a mean is taken."""
-GAIN = 0.95
-"""Time with threads over the time with one from which threads are worth their cores [-]."""
-TRIES = ((1.2, 8), (1.5, 24), (math.inf, 60))
-"""Up to which ratio of the two ways' times the slower one is tried again after how many blocks: an
-even choice costs little to check, and a clear one rarely changes."""
 LEAST_TRIANGLES = 5000
 """Triangles that each thread has at least, by default: below, waiting eats what it gains."""
 MOST_THREADS = 8
@@ -128,34 +119,6 @@ class Crew:
             self._reports.put(error)
 
 
-class Pace:
-    """Chooses block by block, by the clock, between threads and one part after another."""
-
-    def __init__(self) -> None:
-        """Begin with one block alone that does not count, as it is the first to touch memory."""
-        self.together = False
-        self._warm = False
-        self._recent = {way: deque(maxlen=RECENT) for way in (False, True)}
-        self._since = 0
-
-    def took(self, seconds: float) -> None:
-        """Note the wall time of the block just done, and choose for the next one."""
-        if not self._warm:
-            self._warm = True
-            return
-        self._recent[self.together].append(seconds)
-        alone, threads = self._recent[False], self._recent[True]
-        if min(len(alone), len(threads)) < RECENT:
-            self.together = len(threads) < len(alone)
-            return
-        times = {way: math.fsum(recent) for way, recent in self._recent.items()}
-        best = times[True] < GAIN * times[False]
-        ratio = times[not best] / max(times[best], 1e-12)
-        self._since = self._since + 1 if self.together == best else 0
-        wait = next(blocks for limit, blocks in TRIES if ratio < limit or limit == math.inf)
-        self.together = best if self._since < wait else not best
-
-
 def choose_threads(threads: int | None, device: str, triangles: int) -> int:
     """Threads of a run: those asked for, or one per physical core where the model is large.
 
@@ -173,16 +136,3 @@ def choose_threads(threads: int | None, device: str, triangles: int) -> int:
     if threads > 1 and device != "cpu":
         raise InputError(f"threads = {threads} are for device 'cpu'; leave them out for {device!r}")
     return threads
-
-
-def physical_cores() -> int:
-    """Cores that this process may use, those that share their hardware counted once."""
-    try:
-        logical = os.sched_getaffinity(0)
-    except AttributeError:  # not Linux: count on two threads a core
-        return max(1, (os.cpu_count() or 1) // 2)
-    folder = "/sys/devices/system/cpu/cpu{}/topology/thread_siblings_list"
-    try:
-        return len({Path(folder.format(k)).read_text() for k in logical})
-    except OSError:
-        return len(logical)

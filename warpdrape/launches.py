@@ -359,9 +359,11 @@ def gather_forces(part: Part, parts: Sequence[Part]) -> None:
     """Add to a part's vertices the forces that the other parts have scattered there."""
     ours = part.moving.f
     for first, count in part.vertices:
-        for other in parts[1:]:
-            inputs = [first, other.scattering.f]
-            wp.launch(take_over, count, inputs=inputs, outputs=[ours], device=ours.device)
+        for other in parts:
+            if other is part:
+                continue
+            inputs = [first, count, other.scattering.f]
+            wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
 
 
 def gather_totals(parts: Sequence[Part]) -> None:
@@ -370,8 +372,8 @@ def gather_totals(parts: Sequence[Part]) -> None:
         for name in ("reaction", "clamp_force"):
             ours, theirs = (getattr(part.moving, name) for part in (parts[0], other))
             if ours.size:
-                inputs = [0, theirs]
-                wp.launch(take_over, ours.size, inputs=inputs, outputs=[ours], device=ours.device)
+                inputs = [0, ours.size, theirs]
+                wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
 
 
 def gather_extremes(parts: Sequence[Part]) -> None:

@@ -57,8 +57,8 @@ class Part:
         vertices: those that it moves.
         contacts: those that it looks at for contact between plies.
         plies: numbers of the plies whose query mesh it moves along.
-        scattering: the state with this part's own array to scatter forces into.
-        moving: the state with this part's own tool reactions, clamp forces and extremes.
+        scattering: the state with this part's own array of forces.
+        moving: likewise, and with its own tool reactions, clamp forces and extremes.
     """
 
     number: int
@@ -103,6 +103,7 @@ def _part(
     own = (lambda array: array) if number == 0 else wp.zeros_like
     extremes = ("tool_deepest", "ply_deepest", "ply_jump", "reaction", "clamp_force")
     runaway = state.runaway if number == 0 else wp.clone(state.runaway)
+    scattering = replace(state, f=own(state.f))
     return Part(
         number=number,
         model=model,
@@ -110,8 +111,10 @@ def _part(
         vertices=_joined([run for of_ply in runs for run in of_ply]),
         contacts=tuple(contacts),
         plies=tuple(range(number, len(model.membranes), count)),
-        scattering=replace(state, f=own(state.f)),
-        moving=replace(state, runaway=runaway, **{k: own(getattr(state, k)) for k in extremes}),
+        scattering=scattering,
+        moving=replace(
+            scattering, runaway=runaway, **{k: own(getattr(state, k)) for k in extremes}
+        ),
     )
 
 

@@ -10,9 +10,11 @@ import numpy as np
 import warp as wp
 
 from warpdrape import launches
-from warpdrape.crew import Barrier, Crew, Pace
+from warpdrape.cores import SpareCores
+from warpdrape.crew import Barrier, Crew
 from warpdrape.model import ASK_EVERY, Model, State
 from warpdrape.motion import Float
+from warpdrape.pace import Pace
 from warpdrape.partition import Part, split
 from warpdrape.timing import frame_times
 
@@ -186,12 +188,14 @@ class Stepper:
     """
 
     def __init__(self, model: Model, state: State, threads: int = 1) -> None:
-        """Cut the model into a part for each thread; graphs are captured at the first block."""
+        """Cut the model into a part for each thread; graphs are captured when first needed."""
         self._model, self._state = model, state
         self._parts = split(model, state, threads)
         self._alone = _Job(self._parts, self._parts, None)
         self._captured = not model.scene.numerics.graph
-        self._pace, self._barrier = Pace(), Barrier(threads) if threads > 1 else None
+        several = threads > 1 and model.scene.numerics.graph
+        self._pace = Pace(SpareCores(threads)) if several else None
+        self._barrier = Barrier(threads) if several else None
         self._crew: Crew | None = None
         self._blocks, self._asking = 0, True
         self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
@@ -201,6 +205,11 @@ class Stepper:
         if self._crew is not None:
             self._crew.close()
             self._crew = None
+
+    @property
+    def together(self) -> bool:
+        """Whether the next block is for threads."""
+        return self._barrier is not None and self._pace.together
 
     def begin_frame(self, frame: int) -> None:
         """Prescribe the motions of the steps to a frame, numbered from 1, at full pace."""
@@ -239,15 +248,15 @@ class Stepper:
         if not self._captured:
             self._alone.capture()
             self._captured = True
-            if self._barrier is not None:
-                self._crew = self._muster(self._barrier)
         self._asking = self._blocks % self._ask_every == 0
         self._blocks += 1
-        if self._crew is None:
+        if self._barrier is None:
             self._alone.run(self._asking)
             return
+        if self._crew is None and self.together:
+            self._crew = self._muster(self._barrier)
         start = time.perf_counter()
-        if self._pace.together:
+        if self.together:
             self._barrier.reset()
             self._crew.run()
         else:
