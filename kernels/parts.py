@@ -13,14 +13,14 @@ LINE = 16
 @wp.func_native(
     """
 #if !defined(__CUDACC__)
-    int* mine = arrived.data + 16 * part;
+    int* mine = arrived.data + LINE * part;
     int target = *mine + 1;
     __atomic_store_n(mine, target, __ATOMIC_RELEASE);
     for (int other = 0; other < parts; ++other) {
-        int* theirs = arrived.data + 16 * other;
+        int* theirs = arrived.data + LINE * other;
         int spun = 0;
         while (__atomic_load_n(theirs, __ATOMIC_ACQUIRE) < target) {
-            if (__atomic_load_n(arrived.data + 16 * parts, __ATOMIC_RELAXED)) return;
+            if (__atomic_load_n(arrived.data + LINE * parts, __ATOMIC_RELAXED)) return;
             if (++spun <= spins) {
 #if defined(__x86_64__)
                 __builtin_ia32_pause();
@@ -31,7 +31,7 @@ LINE = 16
         }
     }
 #endif
-"""
+""".replace("LINE", str(LINE))
 )
 def wait_for_parts(
     part: int, parts: int, spins: int, give_way: wp.uint64, arrived: wp.array(dtype=wp.int32)
