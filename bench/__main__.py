@@ -71,11 +71,11 @@ def main() -> int:
         return 0
     names = chosen.cases or [n for n, case in CASES.items() if case.quick or not chosen.quick]
     yardstick, rows = Yardstick.build(), []
+    seconds = {} if chosen.cases else start_up()
     print(HEAD)
     for name in names:
         rows.append(alone(name, chosen.repeat, yardstick.program))
         print(line(rows[-1]), flush=True)
-    seconds = {} if chosen.cases else start_up()
     if seconds:
         print(
             f"start to first step: {seconds['cold']:.1f} s with no kernels cached, "
