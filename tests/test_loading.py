@@ -1,23 +1,31 @@
 """The loading clock: as given without a limit, held back by kinetic energy with one."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from law_checks import fabric
 
-from warpdrape import loading
 from warpdrape.errors import InputError
 from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
 from warpdrape.loading import HASTENING, SLOWEST_PACE, SLOWING, Loading, reference_energy
+from warpdrape.model import build_model, initial_state
 from warpdrape.ply import Ply
 from warpdrape.scene import Numerics, Scene
 from warpdrape.scenes import hemisphere
 from warpdrape.summary_text import summary_text
 from warpdrape.timing import Timing, frame_times
 
-TIMING = Timing(time_step=1e-5, stable_step=1.1e-5, search_every=3, frames=5, steps_per_frame=300)
+TIMING = Timing(
+    time_step=1e-5,
+    stable_step=1.1e-5,
+    search_every=3,
+    frames=5,
+    steps_per_frame=300,
+    steps_ahead=6,
+)
 COUPLE = 2e-4
 
 
@@ -81,8 +89,7 @@ def test_pace_follows_the_energy_without_a_jump():
         TIMING.steps * TIMING.time_step
     )
     # No jump but the cut at the very end, where the motions have come to theirs.
-    looks = 3 * (TIMING.steps_per_frame // 3 // (loading.LOOKS // TIMING.frames))
-    assert np.abs(np.diff(pace[:-3])).max() < 2.0 * (1.0 - SLOWING) / looks
+    assert np.abs(np.diff(pace[:-3])).max() < 2.0 * (1.0 - SLOWING) / TIMING.steps_ahead
     inside = (times[1:] > middle[0] + 0.4 * np.diff(middle)) & (times[1:] < middle[1])
     np.testing.assert_allclose(pace[inside], 1.0 / 3.0, rtol=1e-6)
     assert pace[-10] == pytest.approx(1.0) and pace[0] == 1.0
@@ -92,6 +99,35 @@ def test_pace_follows_the_energy_without_a_jump():
     # Frames stay where they are in loading time, to a block.
     even = end * np.arange(1, 6) / 5
     assert ((seen >= even * (1.0 - 1e-9)) & (seen <= even + 3.01 * TIMING.time_step)).all()
+
+
+def test_frames_are_met_to_a_block_also_while_the_pace_falls():
+    held = clock(timing=replace(TIMING, steps_ahead=120))
+    _, seen = run(held, lambda _: 100.0)
+    frame = TIMING.steps_per_frame * TIMING.time_step
+    assert held.time == seen[-1] and held.entries()["slowest_pace"] < 0.3
+    beyond = seen - frame * np.arange(1, 6)
+    assert (beyond >= -1e-9 * frame).all() and (beyond <= 3.01 * TIMING.time_step).all()
+
+
+def test_numbers_that_are_not_finite_leave_the_pace_alone():
+    """The steps after will fail, and say where."""
+    held = clock()
+    for kinetic, internal in ((math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)):
+        held.adapt(kinetic, internal)
+    held.adapt(0.0, -1.0)  # rounding, or a table of tensions that no energy belongs to
+    assert len(held.stretch(1)) == TIMING.steps_ahead + 1 and held.pace == 1.0
+
+
+@pytest.mark.parametrize(
+    ("frames", "limit", "looks"), [(1, 0.05, 240), (60, 0.05, 240), (1000, 0.05, 1000), (1, 0.0, 1)]
+)
+def test_motions_are_known_up_to_the_next_look(frames, limit, looks):
+    model = build_model(hemisphere.build(cells=4, kinetic_limit=limit), "cpu", frames)
+    timing = model.timing
+    assert timing.steps_ahead % timing.search_every == 0
+    assert looks <= timing.steps / timing.steps_ahead < 1.2 * looks
+    assert initial_state(model).tool_path.shape[1] == timing.steps_ahead + 1
 
 
 def test_pace_is_bounded_and_a_limit_that_cannot_be_kept_is_said():

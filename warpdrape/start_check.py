@@ -101,7 +101,7 @@ def check_contacts(model: Model, state: State) -> None:
     """
     scene = model.scene
     limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
-    Stepper(model, state).begin_frame(1)
+    Stepper(model, state).begin(np.zeros(1))
     if scene.tools:  # a path may start away from zero
         state.tool_shift.assign(state.tool_path.numpy()[:, 0])
     search_contacts(model, state)
