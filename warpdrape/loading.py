@@ -98,7 +98,7 @@ class Loading:
             # The pace goes to the next one as 3r² − 2r³: tools feel neither jump nor corner.
             r = np.arange(steps + 1) / steps
             gone = self.pace * r + (self._next - self.pace) * (r**3 - 0.5 * r**4)
-            times = np.minimum(self.time + steps * timing.time_step * gone, self._scene.duration)
+            times = self.time + steps * timing.time_step * gone
             self.pace = self._next
         self.steps, self.time = self.steps + len(times) - 1, float(times[-1])
         return times

@@ -76,8 +76,11 @@ class Numerics:
             raise InputError(
                 f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
             )
-        if self.kinetic_limit is not None:
-            positive("kinetic_limit", self.kinetic_limit)
+        if self.kinetic_limit is not None and positive("kinetic_limit", self.kinetic_limit) >= 1.0:
+            raise InputError(
+                f"kinetic_limit = {self.kinetic_limit:g} must stay below 1: it is kinetic over "
+                "internal energy, 5 % is 0.05"
+            )
         for name in ("time_step", "minimum_time_step"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name), unit="s")
