@@ -93,7 +93,7 @@ def lump_masses(scene: Scene) -> LumpedMass:
         )
     if selective and highest > allowed:
         bound = laplacian_bound(scene)
-        scaling = choose_polynomial(bound, allowed)
+        scaling = choose_polynomial(bound, allowed, numerics.minimum_time_step)
         highest = scaling.peak * bound
     return LumpedMass(
         np.concatenate(masses),
