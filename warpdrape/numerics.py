@@ -26,8 +26,8 @@ class Numerics:
         minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
         mass_scaling: "plain" adds it to vertices; "selective" to the stretching of triangles alone,
             none to the motion of larger pieces.
-        kinetic_limit: kinetic over internal energy [-] above which tools and clamps go slower than
-            their motions say, at most ten times; None lets them go as they are given.
+        kinetic_limit: kinetic over internal energy [-], below 1, above which tools and clamps go
+            slower than their motions say, at most ten times; None lets them go as they are given.
         yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
         graph: replay captured launches (the same results, faster).
     """

@@ -1,6 +1,6 @@
 """Selective mass scaling: which polynomial of which Laplacian makes the step as large as asked.
 
-With λ an eigenvalue of M⁻¹L over the largest, a mode of frequency ω gets ω² p(λ), where
+With λ an eigenvalue of M⁻¹L over a bound on all, a mode of frequency ω gets ω² p(λ), where
 
     λ p(λ) = A (1 − T_n(w0 − w1 λ)/T_n(w0)),   w1 = w0 + 1,   p(0) = 1
 
@@ -131,7 +131,7 @@ class SelectiveMass:
 
     Attributes:
         polynomial: p.
-        matrix: M⁻¹L over its largest eigenvalue.
+        matrix: M⁻¹L over `laplacian_bound`.
         start: first term of the recurrence over w [-].
         powers: the steps of the recurrence after it.
     """

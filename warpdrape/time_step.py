@@ -25,7 +25,7 @@ class LumpedMass:
     Attributes:
         mass: mass of every vertex, plies one after the other [kg], shape [vertex].
         added: share of it that plain mass scaling added [kg], shape [vertex].
-        scaling: of selective mass scaling.
+        scaling: polynomial of selective mass scaling, of order 1 without.
         stable_step: largest stable step [s], contact included.
     """
 
