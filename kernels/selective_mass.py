@@ -14,7 +14,7 @@ from .motion import Medium
 
 @wp.struct
 class Filter:
-    """M⁻¹L over its largest eigenvalue, by rows without their diagonal: Σ_j a_ij (u_i − u_j)."""
+    """M⁻¹L over a bound on its eigenvalues, by rows, no diagonal: Σ_j a_ij (u_i − u_j)."""
 
     offsets: wp.array(dtype=wp.int32)  # first entry of each row, shape [vertex + 1]
     neighbours: wp.array(dtype=wp.int32)  # vertex j of each entry

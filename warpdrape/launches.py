@@ -244,7 +244,7 @@ def add_tool_contact(part: Part) -> None:
 
 
 def advance_plies(part: Part) -> None:
-    """Move a part's vertices; with selective mass scaling push them only, see `raise_powers`."""
+    """Move a part's vertices; with selective mass scaling push them only, see `raise_power_of`."""
     model, state = part.model, part.moving
     if model.selective is not None:
         push_plies(part)

@@ -20,8 +20,6 @@ from warpdrape.ply import Ply
 from warpdrape.scene import Scene
 from warpdrape.timing import Timing, frame_times
 
-LOOKS = 240
-"""Looks at the energies in a run at full pace, at least."""
 SLOWEST_PACE = 0.1
 """Least loading time that passes in a second [-]."""
 SLOWING, HASTENING = 0.8, 1.1
@@ -100,7 +98,7 @@ class Loading:
             # The pace goes to the next one as 3r² − 2r³: tools feel neither jump nor corner.
             r = np.arange(steps + 1) / steps
             gone = self.pace * r + (self._next - self.pace) * (r**3 - 0.5 * r**4)
-            times = np.minimum(self.time + steps * timing.time_step * gone, self._scene.duration)
+            times = self.time + steps * timing.time_step * gone
             self.pace = self._next
         self.steps, self.time = self.steps + len(times) - 1, float(times[-1])
         return times
@@ -112,7 +110,9 @@ class Loading:
             kinetic: energy of plies and floating tools now [J].
             internal: what the plies store now [J].
         """
-        allowed = self._limit * (internal + self._reference)
+        if not math.isfinite(kinetic + internal):  # the run is about to fail: keep the pace
+            return
+        allowed = self._limit * (max(internal, 0.0) + self._reference)
         self._most = max(self._most, kinetic / allowed)
         wanted = self.pace * math.sqrt(allowed / kinetic) if kinetic > 0.0 else 1.0
         wanted = min(max(wanted, SLOWING * self.pace), HASTENING * self.pace)
@@ -145,6 +145,6 @@ class Loading:
         """Steps to the next look, or as many as lead just beyond a frame; whole blocks."""
         timing = self._timing
         every = timing.search_every
-        between = max(timing.steps_per_frame // math.ceil(LOOKS / timing.frames), every)
-        left = (self._end(frame) - self.time) / (min(self.pace, self._next) * timing.time_step)
-        return every * max(min(between // every, math.ceil(left / every)), 1)
+        mean = 0.5 * (self.pace + self._next)
+        left = (self._end(frame) - self.time) / (mean * timing.time_step)
+        return min(timing.steps_ahead, every * max(math.ceil(left / every), 1))

@@ -279,7 +279,7 @@ def initial_state(model: Model) -> State:
     scene, device = model.scene, model.device
     n, tools, clamps = model.mass.shape[0], len(scene.tools), len(scene.clamps)
     slots = sum(len(scene.plies[pair.searching].mesh.vertices) for pair in model.ply_pairs)
-    table = model.timing.steps_per_frame + 1
+    table = model.timing.steps_ahead + 1
 
     def zeros(shape, dtype) -> wp.array:
         return wp.zeros(shape, dtype=dtype, device=device)

@@ -26,8 +26,8 @@ class Numerics:
         minimum_time_step: mass is added until the stable step reaches it [s]; None adds none.
         mass_scaling: "plain" adds it to vertices; "selective" to the stretching of triangles alone,
             none to the motion of larger pieces.
-        kinetic_limit: kinetic over internal energy [-] above which tools and clamps go slower than
-            their motions say, at most ten times; None lets them go as they are given.
+        kinetic_limit: kinetic over internal energy [-], below 1, above which tools and clamps go
+            slower than their motions say, at most ten times; None lets them go as they are given.
         yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
         graph: replay captured launches (the same results, faster).
     """
@@ -76,8 +76,11 @@ class Numerics:
             raise InputError(
                 f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
             )
-        if self.kinetic_limit is not None:
-            positive("kinetic_limit", self.kinetic_limit)
+        if self.kinetic_limit is not None and positive("kinetic_limit", self.kinetic_limit) >= 1.0:
+            raise InputError(
+                f"kinetic_limit = {self.kinetic_limit:g} must stay below 1: it is kinetic over "
+                "internal energy, 5 % is 0.05"
+            )
         for name in ("time_step", "minimum_time_step"):
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name), unit="s")

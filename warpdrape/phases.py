@@ -48,7 +48,7 @@ def time_phases(
     def restore() -> None:
         for name in names:
             wp.copy(getattr(scratch, name), getattr(state, name))
-        scratch.step.zero_()  # the tables of prescribed motion begin with the frame
+        scratch.step.zero_()  # the tables of prescribed motion begin there
 
     def timed(run: Callable[[], None]) -> float:
         seconds = []
@@ -69,7 +69,7 @@ def time_phases(
                 phase(whole)
         return lambda: wp.capture_launch(capture.graph)
 
-    count, every = min(LAUNCHES, model.timing.steps_per_frame), model.timing.search_every
+    count, every = min(LAUNCHES, model.timing.steps_ahead), model.timing.search_every
     absent = (not model.scene.tools and "tool contact", not model.ply_pairs and "ply contact")
     costs = {
         name: timed(captured(phase, count)) / count

@@ -1,6 +1,6 @@
 """Selective mass scaling: which polynomial of which Laplacian makes the step as large as asked.
 
-With λ an eigenvalue of M⁻¹L over the largest, a mode of frequency ω gets ω² p(λ), where
+With λ an eigenvalue of M⁻¹L over a bound on all, a mode of frequency ω gets ω² p(λ), where
 
     λ p(λ) = A (1 − T_n(w0 − w1 λ)/T_n(w0)),   w1 = w0 + 1,   p(0) = 1
 
@@ -103,12 +103,13 @@ def _scalar_stiffness(ply, scene: Scene) -> tuple[float, float]:
     return yarns[0] + 2.0 * shear, yarns[1] + 2.0 * shear
 
 
-def choose_polynomial(bound: float, allowed: float) -> Polynomial:
+def choose_polynomial(bound: float, allowed: float, step: float) -> Polynomial:
     """Lowest order that brings the largest ω² down to what is allowed.
 
     Args:
         bound: on the eigenvalues of M⁻¹L [1/s²].
         allowed: largest ω² at the step asked for [1/s²].
+        step: asked for [s].
 
     Raises:
         InputError: if that takes too high an order.
@@ -116,10 +117,11 @@ def choose_polynomial(bound: float, allowed: float) -> Polynomial:
     for order in range(1, HIGHEST_ORDER + 1):
         if Polynomial(order).peak * bound <= allowed:
             return Polynomial(order)
-    gain = 1.0 / math.sqrt(Polynomial(HIGHEST_ORDER).peak)
+    reached = step * math.sqrt(allowed / (Polynomial(HIGHEST_ORDER).peak * bound))
     raise InputError(
-        f"minimum_time_step is {math.sqrt(bound / allowed):.3g} times the stable step, and "
-        f"selective mass scaling reaches {gain:.3g} times: ask for less"
+        f"minimum_time_step = {step:.4g} s is {math.sqrt(bound / allowed):.3g} times the step "
+        f"without it, beyond the reach of selective mass scaling: give {0.995 * reached:.3g} s or "
+        "less"
     )
 
 
@@ -129,7 +131,7 @@ class SelectiveMass:
 
     Attributes:
         polynomial: p.
-        matrix: M⁻¹L over its largest eigenvalue.
+        matrix: M⁻¹L over `laplacian_bound`.
         start: first term of the recurrence over w [-].
         powers: the steps of the recurrence after it.
     """

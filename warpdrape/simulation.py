@@ -22,7 +22,13 @@ from warpdrape.result import FormedPly, Result, read_plies
 from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.run_record import run_record
 from warpdrape.scene import Scene
-from warpdrape.start_check import check_clamps, check_contacts, check_steps, check_tools
+from warpdrape.start_check import (
+    check_clamps,
+    check_contacts,
+    check_loading,
+    check_steps,
+    check_tools,
+)
 from warpdrape.stepping import Stepper
 from warpdrape.summary import ENERGY_FAILURE, ContactExtremes, summarise
 from warpdrape.usd import PlyShape, ToolShape, UsdWriter
@@ -49,6 +55,7 @@ def run_scene(
     folder = None if out is None else RunFolder(out, overwrite)
     check_tools(scene)
     check_clamps(scene)
+    check_loading(scene)
     model = build_model(scene, device, frames)
     check_steps(model)
     state = initial_state(model)

@@ -71,6 +71,22 @@ def check_clamps(scene: Scene) -> None:
                 )
 
 
+def check_loading(scene: Scene) -> None:
+    """Refuse to hold motions back where there are none: the run would only get longer.
+
+    Raises:
+        InputError: if nothing moves but the plies.
+    """
+    led = any(thing.motion.peak_speed > 0.0 for thing in (*scene.tools, *scene.clamps))
+    turned = any(clamp.matrix is not None for clamp in scene.clamps)
+    pressed = any(isinstance(tool.motion, Float) for tool in scene.tools)
+    if scene.numerics.kinetic_limit is not None and not (led or turned or pressed):
+        raise InputError(
+            f"kinetic_limit = {scene.numerics.kinetic_limit:g} holds tools and clamps back, and "
+            "none of them moves: leave it out"
+        )
+
+
 def check_steps(model: Model) -> None:
     """Refuse a run that would never end, or whose floating tools its contacts would shake apart.
 
@@ -101,7 +117,7 @@ def check_contacts(model: Model, state: State) -> None:
     """
     scene = model.scene
     limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
-    Stepper(model, state).begin_frame(1)
+    Stepper(model, state).begin(np.zeros(1))
     if scene.tools:  # a path may start away from zero
         state.tool_shift.assign(state.tool_path.numpy()[:, 0])
     search_contacts(model, state)

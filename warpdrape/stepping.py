@@ -219,12 +219,12 @@ class Stepper:
         """Put the prescribed motions of the coming steps on the device.
 
         Args:
-            times: of the motions, before the first step and after each [s]; no more steps than a
-                frame has.
+            times: of the motions, before the first step and after each [s]; at most as many steps
+                as `Timing.steps_ahead`.
         """
         model, state = self._model, self._state
         scene = model.scene
-        time = np.pad(times, (0, model.timing.steps_per_frame + 1 - len(times)), mode="edge")
+        time = np.pad(times, (0, model.timing.steps_ahead + 1 - len(times)), mode="edge")
         if scene.tools:
             shape = (len(scene.tools), len(time))
             path, force = np.zeros((*shape, 3)), np.zeros(shape)

@@ -130,16 +130,22 @@ def _quality(summary: Mapping[str, Any]) -> str:
         ratio = summary["added_mass_kinetic_ratio"]
         parts.append(f"selectively added mass carried {_percent(ratio)} of the internal energy")
     if "kinetic_limit" in summary:
-        parts.append(
-            f"motions slowed to {summary['slowest_pace']:.2g} of their speed to keep kinetic over "
-            f"internal energy below {_percent(summary['kinetic_limit'])}"
-        )
+        parts.append(_loading(summary))
     if summary["yarn_softening"] > 1.0:
         parts.append(
             f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "
             f"{100 * summary['softening_strain']:.2g} % too large"
         )
     return "; ".join(parts)
+
+
+def _loading(summary: Mapping[str, Any]) -> str:
+    pace = summary["slowest_pace"]
+    slowed = f"slowed to {pace:.2g} of their speed" if pace < 1.0 else "not slowed"
+    return (
+        f"motions {slowed}: kinetic energy at most {summary['kinetic_over_limit']:.2g} times what "
+        f"kinetic_limit ({_percent(summary['kinetic_limit'])} of the internal) allows"
+    )
 
 
 def _entries(entries: Mapping[str, Any]) -> list[str]:

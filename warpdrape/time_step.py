@@ -25,7 +25,7 @@ class LumpedMass:
     Attributes:
         mass: mass of every vertex, plies one after the other [kg], shape [vertex].
         added: share of it that plain mass scaling added [kg], shape [vertex].
-        scaling: of selective mass scaling.
+        scaling: polynomial of selective mass scaling, of order 1 without.
         stable_step: largest stable step [s], contact included.
     """
 
@@ -93,7 +93,7 @@ def lump_masses(scene: Scene) -> LumpedMass:
         )
     if selective and highest > allowed:
         bound = laplacian_bound(scene)
-        scaling = choose_polynomial(bound, allowed)
+        scaling = choose_polynomial(bound, allowed, numerics.minimum_time_step)
         highest = scaling.peak * bound
     return LumpedMass(
         np.concatenate(masses),

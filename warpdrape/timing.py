@@ -14,6 +14,8 @@ SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0
 """Speed [m/s] that contact searches allow for when no tool moves."""
+LOOKS = 240
+"""Looks at the energies in a run whose motions they may hold back, at full pace, at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +28,8 @@ class Timing:
         search_every: steps between two contact searches.
         frames: frames after the first.
         steps_per_frame: a multiple of ``search_every``.
+        steps_ahead: steps whose motions are known at a time, likewise: a frame's, or those up to
+            the next look at the energies.
     """
 
     time_step: float
@@ -33,6 +37,7 @@ class Timing:
     search_every: int
     frames: int
     steps_per_frame: int
+    steps_ahead: int
 
     @property
     def steps(self) -> int:
@@ -67,4 +72,6 @@ def plan_steps(scene: Scene, stable: float, frames: int) -> Timing:
     per_search = math.floor(scene.numerics.search_slide / (peak_speed(scene) * step))
     every = 1 if scene.numerics.contact == "exact" else min(max(per_search, 1), 256)
     per_frame = every * math.ceil(scene.duration / (frames * every * step))
-    return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame)
+    looks = 1 if scene.numerics.kinetic_limit is None else math.ceil(LOOKS / frames)
+    ahead = every * max(per_frame // (every * looks), 1)
+    return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame, ahead)
