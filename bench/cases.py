@@ -149,11 +149,12 @@ def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
     pressing = (state.tool_holds.numpy()["stored"] > 0.0).sum()
     if state.runaway.numpy()[0] >= 0:
         raise SystemExit(f"{name} blew up while it was timed")
-    run = model.timing.steps * step
-    output, results = (spent / run for spent in time_frames(model, state, run))
+    # Before any frame is written: threads of the USD library idle on for a while, and count.
     phases = time_phases(model, state, time.process_time)
     shares = {phase: cost / step for phase, cost in phases.items()}
     shares["Python"] = max(1.0 - sum(shares.values()), 0.0)
+    run = model.timing.steps * step
+    output, results = (spent / run for spent in time_frames(model, state, run))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     return Measurement(
         name,
