@@ -12,6 +12,14 @@ from warpdrape.interrupts import interrupt_kept
 ROOT = Path(__file__).parents[1]
 
 
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Ctrl-C as on a terminal: a shell lets what it starts in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def press_ctrl_c():
     signal.raise_signal(signal.SIGINT)
 
