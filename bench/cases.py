@@ -22,14 +22,14 @@ import warp as wp
 from yardstick import Yardstick
 
 import warpdrape as wd
-from warpdrape import stepping
-from warpdrape.energy import balance, measure_membranes
-from warpdrape.model import Model, State, build_model, initial_state
-from warpdrape.partition import split
-from warpdrape.phases import time_phases
-from warpdrape.result import read_plies
+from warpdrape.dynamics import stepping
+from warpdrape.dynamics.energy import balance, measure_membranes
+from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.dynamics.partition import split
+from warpdrape.dynamics.phases import time_phases
+from warpdrape.results.result import read_plies
+from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
-from warpdrape.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 
 FRAMES = 100
 """Frames into which runs are divided."""

@@ -11,7 +11,7 @@ import time
 FIRST_STEP = """
 import os, sys
 from warpdrape.scenes import three_ply_hemisphere
-from warpdrape.stepping import Stepper
+from warpdrape.dynamics.stepping import Stepper
 block = Stepper.block
 def first_block(stepper):
     block(stepper)

@@ -18,11 +18,11 @@ from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from warpdrape.cores import allowed_cores, look_at
-from warpdrape.crew import choose_threads
-from warpdrape.model import build_model, initial_state
+from warpdrape.dynamics.cores import allowed_cores, look_at
+from warpdrape.dynamics.crew import choose_threads
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper
 from warpdrape.scenes import three_ply_hemisphere
-from warpdrape.stepping import Stepper
 
 FRAMES = 60
 """Into which runs are divided."""

@@ -3,8 +3,13 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
-from warpdrape.closed_forms import bias_angle, bias_force, bias_travel, check_shear_angle
-from warpdrape.coupon import (
+from warpdrape.coupons.closed_forms import (
+    bias_angle,
+    bias_force,
+    bias_travel,
+    check_shear_angle,
+)
+from warpdrape.coupons.coupon import (
     Curve,
     check_woven,
     coupon_files,

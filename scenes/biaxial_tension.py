@@ -3,7 +3,13 @@
 import numpy as np
 
 from warpdrape import Clamp, Fabric, InputError, Ply, Scene, Stroke
-from warpdrape.coupon import check_woven, coupon_files, coupon_mesh, coupon_numerics, stretch_curve
+from warpdrape.coupons.coupon import (
+    check_woven,
+    coupon_files,
+    coupon_mesh,
+    coupon_numerics,
+    stretch_curve,
+)
 from warpdrape.errors import positive
 
 STRETCHING = 0.9

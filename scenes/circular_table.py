@@ -5,7 +5,7 @@ import numpy as np
 from warpdrape import Fabric, Numerics, Ply, Scene, Tool, lay_up
 from warpdrape.errors import one_of
 from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
-from warpdrape.result import FormedPly, Result
+from warpdrape.results.result import FormedPly, Result
 from warpdrape.units import mm
 
 CELL = 1 * mm

@@ -5,8 +5,13 @@ import math
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
-from warpdrape.closed_forms import check_shear_angle, frame_angle, frame_force, frame_travel
-from warpdrape.coupon import (
+from warpdrape.coupons.closed_forms import (
+    check_shear_angle,
+    frame_angle,
+    frame_force,
+    frame_travel,
+)
+from warpdrape.coupons.coupon import (
     Curve,
     check_woven,
     coupon_files,

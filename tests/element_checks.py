@@ -3,10 +3,10 @@
 import numpy as np
 import warp as wp
 
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.membrane import build_membrane
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.ply import Ply
+from warpdrape.forces.membrane import build_membrane
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply
 
 SIZE = 5e-3
 """Triangle size [m], that of a forming mesh."""

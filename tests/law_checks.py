@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from warpdrape.fabric import Fabric
-from warpdrape.law_curves import sample_tensions
-from warpdrape.laws import CrimpInterchange, NoShear, TabulatedTension
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.law_curves import sample_tensions
+from warpdrape.materials.laws import CrimpInterchange, NoShear, TabulatedTension
 
 SPACING = 5.2e-3
 PLAIN = CrimpInterchange(SPACING, SPACING, 0.004, 0.004, 34e3, 34e3)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdrape.run_folder import RunFolder
-from warpdrape.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
+from warpdrape.results.run_folder import RunFolder
+from warpdrape.results.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
 
 FRAMES = 4
 STROKE_S = 0.08

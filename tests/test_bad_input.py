@@ -8,7 +8,7 @@ import trimesh
 
 import warpdrape as wd
 from warpdrape import cli
-from warpdrape.laws import LinearTension
+from warpdrape.materials.laws import LinearTension
 from warpdrape.scenes import hemisphere
 
 SMALL = {"cells": 6, "duration": 0.005}
@@ -54,8 +54,8 @@ HEAD = """import numpy as np
 import trimesh
 from dataclasses import replace
 from warpdrape import *
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.laws import LinearTension
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.materials.laws import LinearTension
 
 def ply(name="a", z=3e-4, **options):
     return Ply.rectangle(name, "carbon_interlock", 0.1, cells=4, z=z, **options)
@@ -308,7 +308,7 @@ def test_output_folder(refused, tmp_path, monkeypatch):
     def forbidden(*_, **__):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("warpdrape.run_folder.tempfile.TemporaryFile", forbidden)
+    monkeypatch.setattr("warpdrape.results.run_folder.tempfile.TemporaryFile", forbidden)
     assert "is not writable (Permission denied)" in refused("run", "hemisphere")
 
 

@@ -10,9 +10,9 @@ from pxr import Usd
 
 import warpdrape
 from warpdrape import cli
-from warpdrape.scene_library import bundled_scenes, find_script
+from warpdrape.commands.scene_library import bundled_scenes, find_script
+from warpdrape.results.summary_text import summary_text
 from warpdrape.simulation import Stepper
-from warpdrape.summary_text import summary_text
 
 QUICK = ["--set", "cells=6", "--set", "duration=0.005", "--frames", "3", "--quiet"]
 ROOT = Path(__file__).parents[1]
@@ -199,7 +199,8 @@ SCRIPT = '''"""A ply that falls."""
 
 from blank import SIZE
 
-from warpdrape import Ply, Scene
+from warpdrape import Ply
+from warpdrape import Scene
 
 
 def build(*, soft: bool = True, note: str = "", limit: float | None = None) -> Scene:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from law_checks import PLAIN, UNEQUAL, fabric
 
-from warpdrape import closed_forms as exact
+from warpdrape.coupons import closed_forms as exact
 from warpdrape.errors import InputError
-from warpdrape.fabric_library import load_fabric
-from warpdrape.laws import LinearTension, ShearPolynomial
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.materials.laws import LinearTension, ShearPolynomial
 
 INTERLOCK = load_fabric("carbon_interlock")
 ANGLES = np.radians([5.0, 20.0, 40.0, 55.0])

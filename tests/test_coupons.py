@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from warpdrape.errors import InputError
-from warpdrape.fabric_library import load_fabric
-from warpdrape.laws import IsotropicMembrane, NoShear
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.materials.laws import IsotropicMembrane, NoShear
 from warpdrape.scenes import bias_extension, biaxial_tension, picture_frame
 
 WOVEN = load_fabric("carbon_interlock")

@@ -6,11 +6,11 @@ import warp as wp
 from law_checks import PLAIN, SPACING, UNEQUAL, assert_tension_is_gradient, away_from, fabric
 
 from warpdrape.errors import InputError
-from warpdrape.fabric import Fabric
-from warpdrape.kernels import crimp
-from warpdrape.law_curves import sample_tensions
-from warpdrape.law_data import tension_struct
-from warpdrape.laws import CrimpInterchange, LinearTension
+from warpdrape.kernels.materials import crimp
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.law_curves import sample_tensions
+from warpdrape.materials.law_data import tension_struct
+from warpdrape.materials.laws import CrimpInterchange, LinearTension
 
 
 @pytest.mark.parametrize("law", [PLAIN, UNEQUAL])

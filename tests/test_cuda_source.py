@@ -8,9 +8,9 @@ import warp as wp
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape import kernels
-from warpdrape.law_data import membrane_functions
-from warpdrape.laws import LinearTension, ShearPolynomial, ShearTable
-from warpdrape.membrane import _yarn_kernels
+from warpdrape.forces.membrane import _yarn_kernels
+from warpdrape.materials.law_data import membrane_functions
+from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
 
 ARCHITECTURE = 80
 """Of the NVIDIA A100."""
@@ -32,7 +32,8 @@ pytestmark = pytest.mark.skipif(
 
 def modules_of_kernels():
     """Files of kernels; those of functions alone are compiled with the kernels they serve."""
-    names = [f"{kernels.__name__}.{found.name}" for found in pkgutil.iter_modules(kernels.__path__)]
+    found = pkgutil.walk_packages(kernels.__path__, f"{kernels.__name__}.")
+    names = [module.name for module in found if not module.ispkg]
     return [name for name in names if importlib.import_module(name) and wp.get_module(name).kernels]
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from warpdrape.arguments import build_parser
-from warpdrape.fabric_library import load_fabric
-from warpdrape.scene_library import find_script
+from warpdrape.commands.arguments import build_parser
+from warpdrape.commands.scene_library import find_script
+from warpdrape.materials.fabric_library import load_fabric
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from warpdrape.draw_in import draw_in
-from warpdrape.ply import Ply
+from warpdrape.blanks.ply import Ply
+from warpdrape.results.draw_in import draw_in
 
 SIDE = 0.2
 

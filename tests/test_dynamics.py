@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from law_checks import fabric
 
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.ply import Ply, lay_up, stack_top
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper
+from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.laws import LinearTension, NoShear, ShearPolynomial
-from warpdrape.model import build_model, initial_state
-from warpdrape.motion import Float, Path, Stroke
+from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply, lay_up, stack_top
 from warpdrape.scene import Clamp, Scene
-from warpdrape.stepping import Stepper
-from warpdrape.time_step import lump_masses
-from warpdrape.tool import Tool
+from warpdrape.tools.motion import Float, Path, Stroke
+from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)), factor=1.0)
 

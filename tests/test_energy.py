@@ -5,10 +5,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from warpdrape.energy import Energies, balance
-from warpdrape.model import build_model, initial_state
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.energy import Energies, balance
+from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply
 from warpdrape.scene import Scene
 
 SUPPLIED = {"tool_work", "clamp_work", "gravity_work"}

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from law_checks import fabric
 
-from warpdrape import time_step
+from warpdrape.blanks.ply import Ply, lay_up, stack_top
+from warpdrape.dynamics import time_step
+from warpdrape.dynamics.timing import SLOWEST_TOOL
 from warpdrape.errors import InputError
-from warpdrape.laws import LinearTension, ShearPolynomial
-from warpdrape.motion import Stroke
+from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply, lay_up, stack_top
-from warpdrape.profile import Surface
 from warpdrape.scene import Clamp, Scene
 from warpdrape.scenes import hemisphere, press
-from warpdrape.timing import SLOWEST_TOOL
-from warpdrape.tool import Tool
+from warpdrape.tools.motion import Stroke
+from warpdrape.tools.profile import Surface
+from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
 

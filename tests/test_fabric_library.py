@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from warpdrape.errors import InputError
-from warpdrape.fabric import STATUSES, Source
-from warpdrape.fabric_card import card, plot_card
-from warpdrape.fabric_library import fabric_names, load_fabric
-from warpdrape.fabric_units import UNITS, si_factor
-from warpdrape.laws import IsotropicMembrane, NoShear, ShearTable, TabulatedTension
+from warpdrape.materials.fabric import STATUSES, Source
+from warpdrape.materials.fabric_card import card, plot_card
+from warpdrape.materials.fabric_library import fabric_names, load_fabric
+from warpdrape.materials.fabric_units import UNITS, si_factor
+from warpdrape.materials.laws import IsotropicMembrane, NoShear, ShearTable, TabulatedTension
 
 GOOD = """\
 name = "mine"

@@ -9,8 +9,8 @@ import pytest
 from pxr import Usd
 
 from warpdrape import cli
+from warpdrape.dynamics.time_step import choose_step
 from warpdrape.scenes import hemisphere
-from warpdrape.time_step import choose_step
 
 SMALL = {"cells": 6, "duration": 0.005}
 
@@ -22,7 +22,7 @@ def test_a_run_that_blows_up(factor, tmp_path, capsys, monkeypatch):
     def unstable(scene, stable):
         return factor * choose_step(scene, stable)
 
-    monkeypatch.setattr("warpdrape.timing.choose_step", unstable)
+    monkeypatch.setattr("warpdrape.dynamics.timing.choose_step", unstable)
     settings = [f"--set={name}={value}" for name, value in SMALL.items()]
     argv = ["run", "hemisphere", *settings, "--out", str(tmp_path), "--frames", "10", "--quiet"]
     assert cli.main(argv) == 1
@@ -41,7 +41,7 @@ def test_a_run_that_blows_up(factor, tmp_path, capsys, monkeypatch):
 
 
 def test_energy_from_nowhere(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("warpdrape.energy.Energies.unbalanced", 1e9)
+    monkeypatch.setattr("warpdrape.dynamics.energy.Energies.unbalanced", 1e9)
     out = str(tmp_path)
     assert cli.main(["run", "hemisphere", "--set", "cells=6", "--out", out, "--quiet"]) == 1
     complaint = capsys.readouterr().err

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from law_checks import fabric
 
-from warpdrape.laws import LinearTension, ShearPolynomial
-from warpdrape.model import build_model, initial_state
-from warpdrape.motion import Path
+from warpdrape.blanks.ply import Ply, lay_up
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper
+from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply, lay_up
 from warpdrape.scene import Clamp, Scene
-from warpdrape.stepping import Stepper
-from warpdrape.tool import Tool
+from warpdrape.tools.motion import Path
+from warpdrape.tools.tool import Tool
 
 G = 9.81
 STIFF = fabric(LinearTension(1e3, 1e3), ShearPolynomial((1e-3,)), factor=1.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warpdrape.interrupts import interrupt_kept
+from warpdrape.commands.interrupts import interrupt_kept
 
 ROOT = Path(__file__).parents[1]
 

@@ -14,8 +14,8 @@ from element_checks import (
 )
 from law_checks import fabric
 
-from warpdrape.laws import IsotropicMembrane
-from warpdrape.ply import Ply
+from warpdrape.blanks.ply import Ply
+from warpdrape.materials.laws import IsotropicMembrane
 
 STIFFNESS, POISSON = 2e4, 0.3
 SHEET = fabric(IsotropicMembrane(STIFFNESS, POISSON))

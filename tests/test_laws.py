@@ -17,9 +17,9 @@ from law_checks import (
 )
 
 from warpdrape.errors import InputError
-from warpdrape.kernels import shear, tension
-from warpdrape.law_curves import sample_couples, sample_tensions
-from warpdrape.law_data import (
+from warpdrape.kernels.materials import shear, tension
+from warpdrape.materials.law_curves import sample_couples, sample_tensions
+from warpdrape.materials.law_data import (
     initial_shear_stiffness,
     membrane_functions,
     shear_stiffness,
@@ -27,7 +27,7 @@ from warpdrape.law_data import (
     tension_stiffness,
     tension_struct,
 )
-from warpdrape.laws import (
+from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
     LinearTension,

@@ -10,15 +10,15 @@ from law_checks import fabric
 from test_coupons import read
 
 from warpdrape import simulation
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.loading import HASTENING, SLOWEST_PACE, SLOWING, Loading, reference_energy
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.timing import Timing, frame_times
 from warpdrape.errors import InputError
-from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
-from warpdrape.loading import HASTENING, SLOWEST_PACE, SLOWING, Loading, reference_energy
-from warpdrape.model import build_model, initial_state
-from warpdrape.ply import Ply
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
+from warpdrape.results.summary_text import summary_text
 from warpdrape.scene import Numerics, Scene
 from warpdrape.scenes import biaxial_tension, circular_table, hemisphere, picture_frame
-from warpdrape.summary_text import summary_text
-from warpdrape.timing import Timing, frame_times
 
 TIMING = Timing(
     time_step=1e-5,

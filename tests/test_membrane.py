@@ -18,16 +18,16 @@ from element_checks import (
 )
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.kernels.membrane import make_yarn_membrane
-from warpdrape.law_curves import sample_tensions
-from warpdrape.law_data import membrane_functions
-from warpdrape.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
-from warpdrape.membrane import stabiliser_stiffness
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.pairing import pair_triangles
+from warpdrape.blanks.ply import Ply
+from warpdrape.forces.membrane import stabiliser_stiffness
+from warpdrape.kernels.forces.membrane import make_yarn_membrane
+from warpdrape.materials.law_curves import sample_tensions
+from warpdrape.materials.law_data import membrane_functions
+from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
 from warpdrape.numerics import Numerics
-from warpdrape.pairing import pair_triangles
-from warpdrape.ply import Ply
-from warpdrape.result import yarn_state
+from warpdrape.results.result import yarn_state
 
 STIFF = LinearTension(46e3, 48e3)
 SOFT = LinearTension(1.0, 1.2)  # so that shear is not lost beside the yarns

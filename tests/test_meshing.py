@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.meshing import PATTERNS, mesh_outline
+from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
 from warpdrape.errors import InputError
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.meshing import PATTERNS, mesh_outline
-from warpdrape.outlines import Disc, Polygon, Rectangle
 
 EDGE = 0.01
 L_WITH_HOLE = Polygon(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpdrape.errors import InputError
-from warpdrape.motion import Float, Path, Still, Stroke, smooth_ramp
+from warpdrape.tools.motion import Float, Path, Still, Stroke, smooth_ramp
 
 
 def speeds(displacement, start, end, n=20001):

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from warpdrape import cores
-from warpdrape.cores import ENOUGH, WINDOW, Look, SpareCores
-from warpdrape.pace import Pace
+from warpdrape.dynamics import cores
+from warpdrape.dynamics.cores import ENOUGH, WINDOW, Look, SpareCores
+from warpdrape.dynamics.pace import Pace
 
 
 class Spare:

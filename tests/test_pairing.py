@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import rustworkx
 
-from warpdrape import pairing
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.meshing import mesh_outline
-from warpdrape.outlines import Disc, Rectangle
-from warpdrape.pairing import pair_triangles, quad_shape
+from warpdrape.blanks import pairing
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.meshing import mesh_outline
+from warpdrape.blanks.outlines import Disc, Rectangle
+from warpdrape.blanks.pairing import pair_triangles, quad_shape
 
 
 def dual_links(mesh):

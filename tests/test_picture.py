@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from synthetic_run import ANGLES_DEG, blank, frame_of, frames_at, saddle, write_run
 
-from warpdrape import picture
 from warpdrape.errors import InputError
-from warpdrape.picture import draw_ply, draw_stack
-from warpdrape.usd_reader import PlyView, read_scene
+from warpdrape.results import picture
+from warpdrape.results.picture import draw_ply, draw_stack
+from warpdrape.results.usd_reader import PlyView, read_scene
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,8 @@
 import numpy as np
 
 from warpdrape import Ply, Scene, lay_up
-from warpdrape.model import build_model, initial_state
-from warpdrape.stepping import search_contacts
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import search_contacts
 
 RADIUS = 0.04
 THICKNESS = 6e-4

@@ -7,14 +7,15 @@ import pytest
 from contact_oracle import nearest_on_triangles
 from test_engine import small_press
 
-from warpdrape import Ply, Scene, launches, lay_up, stepping
-from warpdrape.adjacency import across_edges, border_bits
-from warpdrape.model import ASK_EVERY, build_model, initial_state, near_reach
-from warpdrape.partition import split
-from warpdrape.ply_facets import build_facets
+from warpdrape import Ply, Scene, lay_up
+from warpdrape.contact.adjacency import across_edges, border_bits
+from warpdrape.contact.ply_facets import build_facets
+from warpdrape.dynamics import launches, stepping
+from warpdrape.dynamics.model import ASK_EVERY, build_model, initial_state, near_reach
+from warpdrape.dynamics.partition import split
+from warpdrape.dynamics.timing import peak_speed
 from warpdrape.scene import Numerics
 from warpdrape.scenes import three_ply_hemisphere
-from warpdrape.timing import peak_speed
 
 THICKNESS = 6e-4
 

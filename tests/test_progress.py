@@ -3,7 +3,7 @@ import os
 
 import pytest
 
-from warpdrape.progress import Progress
+from warpdrape.commands.progress import Progress
 
 
 class Clock:

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from warpdrape import raster
-from warpdrape.raster import Camera, find_visible, vertex_normals
+from warpdrape.results import raster
+from warpdrape.results.raster import Camera, find_visible, vertex_normals
 
 
 def brute_force(screen, triangles, size):

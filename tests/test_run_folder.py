@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.run_folder import RESULTS, HistoryWriter, RunFolder
+from warpdrape.results.run_folder import RESULTS, HistoryWriter, RunFolder
 
 
 def names(folder: Path) -> list[str]:

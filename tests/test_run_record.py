@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from warpdrape import Clamp, InputError, Ply, Scene, Stroke, Tool, lay_up
-from warpdrape.fabric_library import load_fabric
-from warpdrape.scene_library import find_script
+from warpdrape.commands.scene_library import find_script
+from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.scenes import picture_frame
 
 FABRIC = load_fabric("carbon_interlock")

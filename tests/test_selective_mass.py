@@ -11,16 +11,16 @@ from scipy.linalg import eigh
 from test_engine import small_press
 from test_threads import assert_same_bits, state_after
 
-from warpdrape.energy import balance, measure_membranes
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.energy import balance, measure_membranes
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.selective_mass import HIGHEST_ORDER, Polynomial, _laplacian, laplacian_bound
+from warpdrape.dynamics.stepping import Stepper
+from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
-from warpdrape.model import build_model, initial_state
-from warpdrape.ply import Ply
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
 from warpdrape.scene import Numerics, Scene
 from warpdrape.scenes import hemisphere
-from warpdrape.selective_mass import HIGHEST_ORDER, Polynomial, _laplacian, laplacian_bound
-from warpdrape.stepping import Stepper
-from warpdrape.time_step import lump_masses
 
 SHARES = np.linspace(0.0, 1.0, 4001)
 

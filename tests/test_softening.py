@@ -8,15 +8,15 @@ import pytest
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape import Numerics, Ply, Scene, Stroke
+from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.law_data import tension_stiffness
-from warpdrape.laws import IsotropicMembrane, LinearTension, ShearPolynomial
-from warpdrape.membrane import stabiliser_stiffness
+from warpdrape.forces.membrane import stabiliser_stiffness
+from warpdrape.materials.law_data import tension_stiffness
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
+from warpdrape.materials.softening import STRAIN_WARNING, soften
+from warpdrape.results.summary import ENERGY_WARNING
 from warpdrape.scene import Clamp
 from warpdrape.scenes import hemisphere
-from warpdrape.softening import STRAIN_WARNING, soften
-from warpdrape.summary import ENERGY_WARNING
-from warpdrape.time_step import lump_masses
 
 INTERLOCK = ShearPolynomial((0.37044e-3, -0.84105e-3, 1.03113e-3))
 LAWS = {

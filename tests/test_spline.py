@@ -5,10 +5,10 @@ import pytest
 from law_checks import SPACING, assert_tension_is_gradient, away_from, crimp_table, fabric
 
 from warpdrape.errors import InputError
-from warpdrape.law_curves import sample_tensions
-from warpdrape.law_data import tension_stiffness, tension_struct
-from warpdrape.laws import TabulatedTension
-from warpdrape.spline import fit_energy
+from warpdrape.materials.law_curves import sample_tensions
+from warpdrape.materials.law_data import tension_stiffness, tension_struct
+from warpdrape.materials.laws import TabulatedTension
+from warpdrape.materials.spline import fit_energy
 
 WIDTH = (SPACING, SPACING)
 

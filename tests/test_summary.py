@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.loading import Loading
-from warpdrape.model import build_model
-from warpdrape.ply import Ply, lay_up
-from warpdrape.result import FormedPly
-from warpdrape.scene import Scene
-from warpdrape.summary import (
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.ply import Ply, lay_up
+from warpdrape.blanks.triangles import area_percentile
+from warpdrape.dynamics.loading import Loading
+from warpdrape.dynamics.model import build_model
+from warpdrape.results.result import FormedPly
+from warpdrape.results.summary import (
     ContactExtremes,
     _ply_entry,
     energy_error,
@@ -19,7 +19,7 @@ from warpdrape.summary import (
     quasi_static,
     summarise,
 )
-from warpdrape.triangles import area_percentile
+from warpdrape.scene import Scene
 
 THICKNESS = 6e-4  # of carbon_interlock
 ENERGIES = ("kinetic", "internal", "friction", "damping", "external_work", "unbalanced")

@@ -8,13 +8,13 @@ import pytest
 import warp as wp
 from test_engine import small_press
 
-from warpdrape import crew, stepping
+from warpdrape.blanks.ply import Ply
 from warpdrape.cli import main
-from warpdrape.crew import Crew, choose_threads
+from warpdrape.dynamics import crew, stepping
+from warpdrape.dynamics.crew import Crew, choose_threads
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.partition import LARGEST, MOST_RUNS, split
 from warpdrape.errors import InputError
-from warpdrape.model import build_model, initial_state
-from warpdrape.partition import LARGEST, MOST_RUNS, split
-from warpdrape.ply import Ply
 from warpdrape.scene import Numerics, Scene
 
 

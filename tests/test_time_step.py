@@ -7,13 +7,13 @@ import pytest
 from element_checks import forces
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.laws import IsotropicMembrane, LinearTension, ShearPolynomial
-from warpdrape.membrane import build_membrane, triangle_frequencies
+from warpdrape.forces.membrane import build_membrane, triangle_frequencies
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply
 from warpdrape.scene import Scene
-from warpdrape.time_step import lump_masses
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)), factor=1.0)
 INTERLOCK = ShearPolynomial((0.37044e-3, -0.84105e-3, 1.03113e-3))

@@ -6,13 +6,13 @@ import trimesh
 from contact_oracle import nearest_on_triangles
 from law_checks import fabric
 
-from warpdrape.laws import LinearTension
-from warpdrape.model import build_model, initial_state
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper, search_contacts
+from warpdrape.materials.laws import LinearTension
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply
 from warpdrape.scene import Scene
-from warpdrape.stepping import Stepper, search_contacts
-from warpdrape.tool import Tool
+from warpdrape.tools.tool import Tool
 
 CLOTH = fabric(LinearTension(400.0, 420.0))
 HALF = 0.5 * CLOTH.thickness

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from warpdrape.errors import InputError
-from warpdrape.motion import Float
-from warpdrape.profile import Arc, Line, extrude, revolve
-from warpdrape.tool import Tool
+from warpdrape.tools.motion import Float
+from warpdrape.tools.profile import Arc, Line, extrude, revolve
+from warpdrape.tools.tool import Tool
 
 RADIUS = 0.04
 

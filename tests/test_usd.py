@@ -12,10 +12,10 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 from synthetic_run import ANGLES_DEG, FRAMES, STROKE_S, frames_at, shapes, write_run
 from test_engine import small_press
 
-from warpdrape import usd
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.usd import PlyShape, UsdWriter
-from warpdrape.usd_stage import TIME_ATTRIBUTE, shear_color
+from warpdrape.results import usd
+from warpdrape.results.usd import PlyShape, UsdWriter
+from warpdrape.results.usd_stage import TIME_ATTRIBUTE, shear_color
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def test_killed_run_leaves_its_frames(tmp_path):
     code = (
         "import os, sys; sys.path.insert(0, 'tests')\n"
         "from test_usd import *\n"
-        "from warpdrape import usd; usd.SAVE_EVERY = 0.0\n"
+        "from warpdrape.results import usd; usd.SAVE_EVERY = 0.0\n"
         "writer = writer_in(Path(sys.argv[1]))\n"
         "for k in range(3): writer.write(k, 0.01 * k, frames_at(k / 3), [[0, 0, -k]])\n"
         "os._exit(9)"

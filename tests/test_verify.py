@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from warpdrape import cli, verify
+from warpdrape import cli
+from warpdrape.verification import verify
 from warpdrape.verification.case import absolute, relative
 
 

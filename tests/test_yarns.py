@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdrape.kernels.yarns import angles_within_quarter_turn, arc_sine
+from warpdrape.kernels.materials.yarns import angles_within_quarter_turn, arc_sine
 
 
 @wp.kernel

@@ -11,14 +11,14 @@ if not (_here / "kernels").is_dir():  # a checkout: kernels/ and scenes/ lie bes
 from warpdrape import units  # noqa: E402
 
 if TYPE_CHECKING:
+    from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.errors import InputError, RunFailed
-    from warpdrape.fabric import Fabric
-    from warpdrape.motion import Float, Path, Still, Stroke
+    from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
-    from warpdrape.ply import Ply, lay_up, stack_top
-    from warpdrape.result import Result
+    from warpdrape.results.result import Result
     from warpdrape.scene import Clamp, Scene
-    from warpdrape.tool import Tool
+    from warpdrape.tools.motion import Float, Path, Still, Stroke
+    from warpdrape.tools.tool import Tool
 
 __all__ = [
     "Clamp",
@@ -41,20 +41,20 @@ __all__ = [
 
 _HOME = {
     "Clamp": "scene",
-    "Fabric": "fabric",
-    "Float": "motion",
+    "Fabric": "materials.fabric",
+    "Float": "tools.motion",
     "InputError": "errors",
     "Numerics": "numerics",
-    "Path": "motion",
-    "Ply": "ply",
-    "Result": "result",
+    "Path": "tools.motion",
+    "Ply": "blanks.ply",
+    "Result": "results.result",
     "RunFailed": "errors",
     "Scene": "scene",
-    "Still": "motion",
-    "Stroke": "motion",
-    "Tool": "tool",
-    "lay_up": "ply",
-    "stack_top": "ply",
+    "Still": "tools.motion",
+    "Stroke": "tools.motion",
+    "Tool": "tools.tool",
+    "lay_up": "blanks.ply",
+    "stack_top": "blanks.ply",
 }
 """Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from warpdrape.arguments import OUT, build_parser
+from warpdrape.commands.arguments import OUT, build_parser
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
 """Exit status: all went well; the run failed; the input cannot be used."""
@@ -64,9 +64,9 @@ def _dispatch(argv: list[str]) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from warpdrape.interrupts import interrupt_kept
-    from warpdrape.run_folder import RunFolder
-    from warpdrape.scene_library import find_script
+    from warpdrape.commands.interrupts import interrupt_kept
+    from warpdrape.commands.scene_library import find_script
+    from warpdrape.results.run_folder import RunFolder
 
     frames = _whole("--frames", arguments.frames, least=1)
     threads = None
@@ -79,7 +79,7 @@ def _run(arguments: argparse.Namespace) -> int:
     RunFolder(folder, arguments.overwrite)
     with interrupt_kept():
         import warpdrape.simulation  # all that a run imports  # noqa: F401
-        from warpdrape.summary_text import summary_text
+        from warpdrape.results.summary_text import summary_text
         from warpdrape.warp_start import check_device, kernels_are_compiled, start_warp
 
     start_warp()
@@ -98,7 +98,7 @@ def _run(arguments: argparse.Namespace) -> int:
     )
     print(summary_text(result.summary, folder))
     if arguments.profile:
-        from warpdrape.phases import phase_table
+        from warpdrape.dynamics.phases import phase_table
 
         print(f"\n{phase_table(result.summary['phases_s'])}")
     if result.completed:
@@ -107,7 +107,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _scenes(arguments: argparse.Namespace) -> int:
-    from warpdrape.scene_library import bundled_scenes, describe_scene, find_script
+    from warpdrape.commands.scene_library import bundled_scenes, describe_scene, find_script
 
     if arguments.scene is None:
         _print_list(bundled_scenes())
@@ -118,14 +118,14 @@ def _scenes(arguments: argparse.Namespace) -> int:
 
 def _fabrics(arguments: argparse.Namespace) -> int:
     from warpdrape.errors import InputError
-    from warpdrape.fabric_library import fabric_names, load_fabric
+    from warpdrape.materials.fabric_library import fabric_names, load_fabric
 
     if arguments.fabric is None:
         if arguments.plot is not None:
             raise InputError("--plot needs a fabric: warpdrape fabrics NAME --plot FILE")
         _print_list({name: load_fabric(name).description for name in fabric_names()})
         return DONE
-    from warpdrape.fabric_card import card, plot_card
+    from warpdrape.materials.fabric_card import card, plot_card
     from warpdrape.warp_start import start_warp
 
     fabric = load_fabric(arguments.fabric)
@@ -148,7 +148,7 @@ def _fabrics(arguments: argparse.Namespace) -> int:
 
 def _picture(arguments: argparse.Namespace) -> int:
     from warpdrape.errors import InputError
-    from warpdrape.picture import draw_ply, draw_stack
+    from warpdrape.results.picture import draw_ply, draw_stack
 
     frame = _whole("--frame", arguments.frame)
     options = {"frame": frame, "out": arguments.out, "tools": arguments.tools}
@@ -162,10 +162,10 @@ def _picture(arguments: argparse.Namespace) -> int:
 
 
 def _verify(arguments: argparse.Namespace) -> int:
-    from warpdrape.interrupts import interrupt_kept
+    from warpdrape.commands.interrupts import interrupt_kept
 
     with interrupt_kept():
-        from warpdrape.verify import main as verify_main
+        from warpdrape.verification.verify import main as verify_main
         from warpdrape.warp_start import start_warp
 
     start_warp()
@@ -177,7 +177,7 @@ def _info(_: argparse.Namespace) -> int:
 
     import warp as wp
 
-    from warpdrape.run_record import versions
+    from warpdrape.results.run_record import versions
     from warpdrape.warp_start import start_warp
 
     start_warp()

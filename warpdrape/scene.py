@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError, one_of, positive
-from warpdrape.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.numerics import Numerics
-from warpdrape.ply import Ply
-from warpdrape.tool import Tool
+from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.tools.tool import Tool
 
 if TYPE_CHECKING:
-    from warpdrape.result import Result
-    from warpdrape.run_folder import RunFolder
+    from warpdrape.results.result import Result
+    from warpdrape.results.run_folder import RunFolder
 
 LARGEST_PLY = 50.0
 """Width beyond which a ply must have been given in millimetres [m]."""

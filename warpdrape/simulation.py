@@ -10,28 +10,28 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.crew import choose_threads
-from warpdrape.energy import Energies, balance, kinetic_energy, measure_membranes
-from warpdrape.errors import InputError, RunFailed
-from warpdrape.history import history_row
-from warpdrape.loading import Loading
-from warpdrape.model import Model, State, build_model, initial_state
-from warpdrape.phases import Profile
-from warpdrape.progress import Progress
-from warpdrape.result import FormedPly, Result, read_plies
-from warpdrape.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
-from warpdrape.run_record import run_record
-from warpdrape.scene import Scene
-from warpdrape.start_check import (
+from warpdrape.commands.progress import Progress
+from warpdrape.dynamics.crew import choose_threads
+from warpdrape.dynamics.energy import Energies, balance, kinetic_energy, measure_membranes
+from warpdrape.dynamics.loading import Loading
+from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.dynamics.phases import Profile
+from warpdrape.dynamics.start_check import (
     check_clamps,
     check_contacts,
     check_loading,
     check_steps,
     check_tools,
 )
-from warpdrape.stepping import Stepper
-from warpdrape.summary import ENERGY_FAILURE, ContactExtremes, summarise
-from warpdrape.usd import PlyShape, ToolShape, UsdWriter
+from warpdrape.dynamics.stepping import Stepper
+from warpdrape.errors import InputError, RunFailed
+from warpdrape.results.history import history_row
+from warpdrape.results.result import FormedPly, Result, read_plies
+from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
+from warpdrape.results.run_record import run_record
+from warpdrape.results.summary import ENERGY_FAILURE, ContactExtremes, summarise
+from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
+from warpdrape.scene import Scene
 from warpdrape.warp_start import check_device
 
 

@@ -1,1 +1,1 @@
-"""Cases with known answers; ``warpdrape.verify`` runs them. It sits above the scenes."""
+"""Cases with known answers, above the scenes; ``warpdrape verify`` runs them."""

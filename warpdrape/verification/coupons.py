@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdrape.fabric_library import load_fabric
-from warpdrape.run_folder import COUPON
-from warpdrape.scene_library import find_script
+from warpdrape.commands.scene_library import find_script
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.results.run_folder import COUPON
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.locking import MESHES, measure_locking
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from warpdrape import Clamp, Ply, Scene, Stroke
-from warpdrape.fabric_library import load_fabric
-from warpdrape.flat_mesh import FlatMesh
-from warpdrape.meshing import mesh_outline
-from warpdrape.outlines import Rectangle
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.meshing import mesh_outline
+from warpdrape.blanks.outlines import Rectangle
+from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.verification.case import CaseResult, absolute
 
 WIDTH, HEIGHT, EDGE = 0.06, 0.12, 0.012

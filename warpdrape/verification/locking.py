@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdrape.fabric_library import load_fabric
-from warpdrape.scene_library import find_script
-from warpdrape.usd_reader import find_scene, read_scene
+from warpdrape.commands.scene_library import find_script
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.results.usd_reader import find_scene, read_scene
 
 WIDTH, HEIGHT = 0.1, 0.2
 MESHES = (

@@ -8,10 +8,10 @@ import numpy as np
 import warp as wp
 
 from warpdrape import Numerics, Still, Stroke
-from warpdrape.closed_forms import catenary_sag
-from warpdrape.energy import measure_membranes
-from warpdrape.model import Model, State, build_model, initial_state
-from warpdrape.stepping import Stepper
+from warpdrape.coupons.closed_forms import catenary_sag
+from warpdrape.dynamics.energy import measure_membranes
+from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.strip import middle_line, strip_scene, yarn_fabric
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Numerics, Ply, Scene, Tool
-from warpdrape.closed_forms import bias_diagonal_of_net, net_shear_on_sphere
-from warpdrape.laws import LinearTension
+from warpdrape.coupons.closed_forms import bias_diagonal_of_net, net_shear_on_sphere
+from warpdrape.materials.laws import LinearTension
 from warpdrape.verification.case import CaseResult, absolute
 
 RADIUS = 0.1

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
-from warpdrape.laws import LinearTension, ShearPolynomial
+from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 
 CELL = 1e-3

@@ -1,0 +1,1 @@
+"""Searches and forces of contact."""

@@ -1,0 +1,1 @@
+"""Motion of vertices and tools."""

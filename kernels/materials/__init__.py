@@ -1,0 +1,1 @@
+"""Laws of fabrics and sheets, energy and force side by side."""

@@ -1,0 +1,1 @@
+"""A ply before it is formed: outline, mesh, pairs of triangles."""

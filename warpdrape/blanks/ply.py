@@ -1,0 +1,184 @@
+"""A ply: a flat blank of a fabric with its yarns at an angle; and the lay-up of a stack."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.meshing import mesh_outline
+from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
+from warpdrape.errors import InputError, finite
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.fabric_library import load_fabric
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ply:
+    """A flat blank before forming.
+
+    Attributes:
+        name: how results call it.
+        fabric: its fabric, or the name or file of one.
+        mesh: flat triangles in x, y [m].
+        warp_angle: from the x axis to the warp [rad].
+        z: height of its mid-surface [m].
+    """
+
+    name: str
+    fabric: Fabric | str
+    mesh: FlatMesh
+    warp_angle: float = 0.0
+    z: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.isidentifier():
+            raise InputError(
+                f"ply name = {self.name!r} must be a plain identifier, such as 'ply_0'"
+            )
+        if not isinstance(self.fabric, Fabric):
+            object.__setattr__(self, "fabric", load_fabric(self.fabric))
+        if not isinstance(self.mesh, FlatMesh):
+            raise InputError(f"ply {self.name!r}: mesh = {self.mesh!r} is not a FlatMesh")
+        finite(f"ply {self.name!r}: warp_angle", self.warp_angle, unit="rad")
+        finite(f"ply {self.name!r}: z", self.z, unit="m")
+        if abs(self.warp_angle) > 2 * math.pi:
+            raise InputError(
+                f"ply {self.name!r}: warp_angle = {self.warp_angle:.4g} rad must lie in ±360°: "
+                "give radians, as in 45 * deg"
+            )
+
+    @property
+    def yarn_directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors t1, t2 of warp and weft in the flat blank, each shape [2]."""
+        weft = self.warp_angle + self.fabric.yarn_angle
+        return (
+            np.array([math.cos(self.warp_angle), math.sin(self.warp_angle)]),
+            np.array([math.cos(weft), math.sin(weft)]),
+        )
+
+    @property
+    def rest_points(self) -> np.ndarray:
+        """Vertices of the flat blank in place [m], shape [n, 3]."""
+        flat = np.asarray(self.mesh.vertices, dtype=float)
+        return np.column_stack([flat, np.full(len(flat), self.z)])
+
+    @classmethod
+    def rectangle(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        width: float,
+        height: float | None = None,
+        *,
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a rectangular blank centred at the origin.
+
+        Args:
+            name: how results call it.
+            fabric: fabric, or the name or file of one.
+            width: along x [m].
+            height: along y [m]; the width if None.
+            cells: squares along the width; or give ``edge``.
+            edge: mesh size [m].
+            mesh: "aligned" to the yarns, "grid" along the outline, "diagonal" or "random".
+            warp_angle: from x to the warp [rad].
+            z: height of its mid-surface [m].
+        """
+        outline = Rectangle(width, width if height is None else height)
+        return cls._meshed(name, fabric, outline, cells, edge, mesh, warp_angle, z)
+
+    @classmethod
+    def disc(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        radius: float,
+        *,
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a round blank centred at the origin; arguments as for `rectangle`."""
+        return cls._meshed(name, fabric, Disc(radius), cells, edge, mesh, warp_angle, z)
+
+    @classmethod
+    def polygon(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        points: Sequence[Sequence[float]],
+        *,
+        holes: Sequence[Sequence[Sequence[float]]] = (),
+        cells: int | None = None,
+        edge: float | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a blank from a polygon [m] with holes; other arguments as for `rectangle`."""
+        return cls._meshed(name, fabric, Polygon(points, holes), cells, edge, mesh, warp_angle, z)
+
+    @classmethod
+    def from_file(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        path: str | os.PathLike,
+        *,
+        scale: float = 1.0,
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a blank from a flat triangle mesh in any file that trimesh reads.
+
+        Args:
+            name: how results call it.
+            fabric: fabric, or the name or file of one.
+            path: the mesh file.
+            scale: metres per unit of the file.
+            warp_angle: from x to the warp [rad].
+            z: height of its mid-surface [m].
+        """
+        mesh = FlatMesh.from_file(path, scale=scale)
+        return cls(name=name, fabric=fabric, mesh=mesh, warp_angle=warp_angle, z=z)
+
+    @classmethod
+    def _meshed(cls, name, fabric, outline, cells, edge, mesh, warp_angle, z) -> Ply:
+        finite("warp_angle", warp_angle, unit="rad")
+        flat = mesh_outline(outline, cells=cells, edge=edge, pattern=mesh, warp_angle=warp_angle)
+        return cls(name=name, fabric=fabric, mesh=flat, warp_angle=warp_angle, z=z)
+
+
+def lay_up(plies: Sequence[Ply], *, z: float = 0.0) -> tuple[Ply, ...]:
+    """Lay plies on each other, the first at the bottom, touching without pressing.
+
+    Args:
+        plies: from the bottom up.
+        z: height of the surface that carries the first one [m].
+
+    Returns:
+        The plies with their heights set, in the same order.
+    """
+    laid = []
+    top = finite("z", z, unit="m")
+    for ply in plies:
+        laid.append(replace(ply, z=top + 0.5 * ply.fabric.thickness))
+        top += ply.fabric.thickness
+    return tuple(laid)
+
+
+def stack_top(plies: Sequence[Ply]) -> float:
+    """Height of a stack's upper surface [m]."""
+    return max(ply.z + 0.5 * ply.fabric.thickness for ply in plies)

@@ -1,0 +1,1 @@
+"""Behind the command line: arguments, scenes by name, progress."""

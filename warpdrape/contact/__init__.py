@@ -1,0 +1,1 @@
+"""What contact searches need to know of plies and tools."""

@@ -1,0 +1,75 @@
+"""Rigid tools on a device: their facets, how far these stand off the surface, which tools float."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from warpdrape.contact.adjacency import facet_hollows, open_edge_bits
+from warpdrape.kernels.contact.tool_contact import ToolSurfaces
+from warpdrape.kernels.dynamics.motion import FloatingTools
+from warpdrape.scene import Scene
+from warpdrape.tools.motion import Float
+from warpdrape.tools.tool import Tool
+
+
+def tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
+    """Query meshes of the tools, each in its own frame, and their facets for the kernels."""
+    meshes = tuple(
+        wp.Mesh(
+            wp.array(tool.vertices, dtype=wp.vec3f, device=device),
+            wp.array(np.ravel(tool.triangles), dtype=wp.int32, device=device),
+        )
+        for tool in scene.tools
+    )
+    facets = [len(tool.triangles) for tool in scene.tools]
+    corners = [tool.vertices[tool.triangles] for tool in scene.tools]
+    normals = [tool.surface.normals for tool in scene.tools]
+    friction = [scene.friction_of(tool) for tool in scene.tools]
+    empty = [np.zeros((0, 3, 3))]
+    surfaces = ToolSurfaces()
+    surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
+    first = np.cumsum([0, *facets])[:-1]
+    surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
+    surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
+    surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
+    open_edges = [open_edge_bits(tool.triangles) for tool in scene.tools] or [np.zeros(0)]
+    surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
+    sag = [largest_sag(tool) for tool in scene.tools]
+    surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
+    hollow = [facet_hollows(tool.vertices, tool.triangles) for tool in scene.tools]
+    hollow = np.concatenate(hollow or [np.zeros(0)])
+    surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
+    exact = [tool.surface.exact for tool in scene.tools]
+    surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
+    surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
+    return meshes, surfaces
+
+
+def largest_sag(tool: Tool) -> float:
+    """Bound on the height of a tool's curved surface over its facets [m].
+
+    Over a facet it is Σ w_i w_j c_ij, with c = ½ (x_i − x_j)·(n_i − n_j) along each edge, and the
+    products of the weights add up to a third at most.
+    """
+    if not tool.surface.exact:
+        return 0.0
+    corners, normals = tool.vertices[tool.triangles], tool.surface.normals
+    turned = np.roll(corners, 1, axis=1) - corners, np.roll(normals, 1, axis=1) - normals
+    return float(np.abs((turned[0] * turned[1]).sum(axis=2)).max() / 6.0)
+
+
+def floating_tools(scene: Scene, device: str) -> FloatingTools:
+    """Which tools float, along which axes, with what mass and damping."""
+    floats = [isinstance(tool.motion, Float) for tool in scene.tools]
+    motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]
+    floating = FloatingTools()
+    floating.floats = wp.array(floats, dtype=wp.int32, device=device)
+    axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]
+    floating.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
+    floating.mass = wp.array(
+        [m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device
+    )
+    damping = [m.damping if m else 0.0 for m in motions]
+    floating.damping = wp.array(damping, dtype=wp.float64, device=device)
+    return floating

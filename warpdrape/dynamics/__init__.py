@@ -1,0 +1,1 @@
+"""From a scene to arrays, and the explicit steps that move them."""

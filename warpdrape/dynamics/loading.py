@@ -1,0 +1,150 @@
+"""How fast tools and clamps go through their motions: as given, or held back by kinetic energy.
+
+Motions are functions of a time of their own, the *loading time*. It is the simulated time unless
+`Numerics.kinetic_limit` is given: then it goes slower wherever plies and floating tools carry more
+kinetic energy than that share of what the plies store, so that a stroke given too short becomes as
+long as it must be, and only where it must.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.timing import Timing, frame_times
+from warpdrape.forces.membrane import flat_gradients
+from warpdrape.materials.law_curves import sample_couples
+from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
+from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.scene import Scene
+
+SLOWEST_PACE = 0.1
+"""Least loading time that passes in a second [-]."""
+SLOWING, HASTENING = 0.8, 1.1
+"""Factors by which the pace changes at most from one look to the next [-]: tools that stop short
+let go of what they push."""
+UNLOADED_SHEAR, UNLOADED_STRAIN = math.radians(5.0), 2e-5
+"""Plies that are sheared and stretched by less than this throughout count as hardly loaded: what
+they store then is added to what they store. At the start of a stroke that is nothing, however slow
+it is."""
+PASSED = 2.0
+"""Kinetic energy over the limit, at its largest, from which a run warns [-]."""
+
+
+def reference_energy(plies: tuple[Ply, ...]) -> float:
+    """Energy [J] that the plies store at `UNLOADED_SHEAR` and `UNLOADED_STRAIN` throughout."""
+    total = 0.0
+    for ply in plies:
+        _, areas = flat_gradients(ply)
+        if isinstance(ply.fabric.tension, IsotropicMembrane):
+            sheared = 0.5 * initial_shear_stiffness(ply.fabric) * UNLOADED_SHEAR**2
+        else:
+            sheared = float(sample_couples(ply.fabric, np.array([UNLOADED_SHEAR]))[1][0])
+        stretched = 0.5 * sum(tension_stiffness(ply.fabric)) * UNLOADED_STRAIN**2
+        total += (sheared + stretched) * float(areas.sum())
+    return total
+
+
+class Loading:
+    """The clock of the motions.
+
+    Attributes:
+        steps: done so far.
+        time: loading time so far [s].
+        pace: loading time that passes in a second now [-].
+    """
+
+    def __init__(self, scene: Scene, timing: Timing) -> None:
+        """Begin at zero, at full pace."""
+        self.steps, self.time, self.pace = 0, 0.0, 1.0
+        self._scene, self._timing = scene, timing
+        self._limit = scene.numerics.kinetic_limit
+        self._next = 1.0
+        self._slowest, self._most = 1.0, 0.0
+        self._reference = reference_energy(scene.plies) if self.limited else 0.0
+
+    @property
+    def limited(self) -> bool:
+        """Whether the kinetic energy holds the motions back."""
+        return self._limit is not None
+
+    @property
+    def simulated(self) -> float:
+        """Simulated time so far [s]."""
+        return self.steps * self._timing.time_step
+
+    def come_to(self, frame: int) -> bool:
+        """Whether loading has come to a frame; they are evenly spaced in loading time."""
+        if not self.limited:
+            return self.steps >= frame * self._timing.steps_per_frame
+        return self.time >= self._end(frame)
+
+    def stretch(self, frame: int) -> np.ndarray:
+        """Go on for some steps, at most to a frame.
+
+        Args:
+            frame: number of the frame to come, from 1.
+
+        Returns:
+            Loading times before the first of these steps and after each of them [s].
+        """
+        timing = self._timing
+        if not self.limited:
+            times = frame_times(timing, frame)
+        else:
+            steps = self._steps_to_look(frame)
+            # The pace goes to the next one as 3r² − 2r³: tools feel neither jump nor corner.
+            r = np.arange(steps + 1) / steps
+            gone = self.pace * r + (self._next - self.pace) * (r**3 - 0.5 * r**4)
+            times = self.time + steps * timing.time_step * gone
+            self.pace = self._next
+        self.steps, self.time = self.steps + len(times) - 1, float(times[-1])
+        return times
+
+    def adapt(self, kinetic: float, internal: float) -> None:
+        """Choose the pace to come to by the next look.
+
+        Args:
+            kinetic: energy of plies and floating tools now [J].
+            internal: what the plies store now [J].
+        """
+        if not math.isfinite(kinetic + internal):  # the run is about to fail: keep the pace
+            return
+        allowed = self._limit * (max(internal, 0.0) + self._reference)
+        self._most = max(self._most, kinetic / allowed)
+        wanted = self.pace * math.sqrt(allowed / kinetic) if kinetic > 0.0 else 1.0
+        wanted = min(max(wanted, SLOWING * self.pace), HASTENING * self.pace)
+        self._next = min(max(wanted, SLOWEST_PACE), 1.0)
+        self._slowest = min(self._slowest, self._next)
+
+    def entries(self) -> dict[str, float]:
+        """Entries of ``summary.json``: the limit, how slow loading became, how well it was kept."""
+        if not self.limited:
+            return {}
+        return {
+            "kinetic_limit": float(self._limit),
+            "slowest_pace": self._slowest,
+            "kinetic_over_limit": self._most,
+        }
+
+    def warnings(self) -> list[str]:
+        """Warn where kinetic energy passed the limit by far."""
+        if self._most <= PASSED:
+            return []
+        return [
+            f"kinetic energy came to {self._most:.3g} times what kinetic_limit = {self._limit:g} "
+            f"allows, at paces down to {self._slowest:.2g}: lengthen the duration"
+        ]
+
+    def _end(self, frame: int) -> float:
+        return frame * self._scene.duration / self._timing.frames * (1.0 - 1e-12)
+
+    def _steps_to_look(self, frame: int) -> int:
+        """Steps to the next look, or as many as lead just beyond a frame; whole blocks."""
+        timing = self._timing
+        every = timing.search_every
+        mean = 0.5 * (self.pace + self._next)
+        left = (self._end(frame) - self.time) / (mean * timing.time_step)
+        return min(timing.steps_ahead, every * max(math.ceil(left / every), 1))

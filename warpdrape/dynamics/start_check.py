@@ -1,0 +1,197 @@
+"""What must hold before the first step: nothing overlaps, and the run has an end in sight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdrape.blanks.outlines import enclosed
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.model import Model, State
+from warpdrape.dynamics.stepping import Stepper, search_contacts
+from warpdrape.errors import InputError
+from warpdrape.scene import Scene
+from warpdrape.tools.motion import Float
+from warpdrape.tools.tool import Tool
+
+START_TOLERANCE = 0.01
+"""Share of the ply thickness by which things may overlap at the start [-]."""
+MOST_STEPS = 1_000_000_000
+"""Steps beyond which a run is a mistake in a unit: more than a day for a single ply."""
+
+
+def check_tools(scene: Scene) -> None:
+    """Refuse tools that reach into a flat ply, or that hold one inside.
+
+    Raises:
+        InputError: naming tool and ply, and how far to move the tool.
+    """
+    for tool in scene.tools:
+        start = np.zeros(3) if isinstance(tool.motion, Float) else tool.motion.displacement(0.0)
+        points = tool.vertices + start
+        for ply in scene.plies:
+            _refuse_crossing(tool, points, ply)
+            _refuse_enclosing(tool, points, ply)
+
+
+CLAMP_TOLERANCE = 1e-9
+"""Displacement [m] or distortion [-] with which a clamp may begin."""
+MOMENTS = 101
+"""Moments of a run at which a clamp's functions of time are tried."""
+LIGHTEST_TOOL = 0.1
+"""Least mass of a floating tool over that of all plies [-]: the penalties of all their vertices act
+on it, each a share of the vertex's own m/Δt²."""
+
+
+def check_clamps(scene: Scene) -> None:
+    """Refuse clamps that would tear at their vertices in the first step, or lead them nowhere.
+
+    Raises:
+        InputError: naming the clamp that does not begin where its vertices lie, or whose matrix or
+            travel is no finite number at some moment.
+    """
+    times = np.linspace(0.0, scene.duration, MOMENTS)
+    for clamp in scene.clamps:
+        jump = np.abs(clamp.motion.displacement(np.array(0.0))).max()
+        turn = 0.0
+        if clamp.matrix is not None:
+            turn = np.abs(clamp.matrix(np.array([0.0])) - np.eye(3)).max()
+        if jump > CLAMP_TOLERANCE or turn > CLAMP_TOLERANCE:
+            raise InputError(
+                f"clamp {clamp.name!r} does not begin where its vertices lie: let its motion start "
+                "from zero, and its matrix from the identity"
+            )
+        for what in ("matrix", "travel"):
+            function = getattr(clamp, what)
+            values = np.zeros(len(times)) if function is None else np.asarray(function(times))
+            lost = ~np.isfinite(values.reshape(len(times), -1)).all(axis=1)
+            if lost.any():
+                raise InputError(
+                    f"clamp {clamp.name!r}: its {what} is not finite at "
+                    f"{1e3 * times[lost][0]:.4g} ms: shorten the run, or let it end before"
+                )
+
+
+def check_loading(scene: Scene) -> None:
+    """Refuse to hold motions back where there are none: the run would only get longer.
+
+    Raises:
+        InputError: if nothing moves but the plies.
+    """
+    led = any(thing.motion.peak_speed > 0.0 for thing in (*scene.tools, *scene.clamps))
+    turned = any(clamp.matrix is not None for clamp in scene.clamps)
+    pressed = any(isinstance(tool.motion, Float) for tool in scene.tools)
+    if scene.numerics.kinetic_limit is not None and not (led or turned or pressed):
+        raise InputError(
+            f"kinetic_limit = {scene.numerics.kinetic_limit:g} holds tools and clamps back, and "
+            "none of them moves: leave it out"
+        )
+
+
+def check_steps(model: Model) -> None:
+    """Refuse a run that would never end, or whose floating tools its contacts would shake apart.
+
+    Raises:
+        InputError: with the number of steps, or the least mass of the tool.
+    """
+    timing, scene = model.timing, model.scene
+    least = LIGHTEST_TOOL * float(model.masses.mass.sum())
+    for tool in scene.tools:
+        if isinstance(tool.motion, Float) and tool.motion.mass < least:
+            raise InputError(
+                f"tool {tool.name!r}: mass = {tool.motion.mass:.4g} kg is too light to float on "
+                f"these plies: give it {least:.4g} kg or more"
+            )
+    if timing.steps > MOST_STEPS:
+        raise InputError(
+            f"duration = {scene.duration:.4g} s takes {timing.steps:.2g} steps of "
+            f"{timing.time_step:.2g} s: give seconds (80 ms is 0.08), a coarser ply, or "
+            "minimum_time_step to add mass"
+        )
+
+
+def check_contacts(model: Model, state: State) -> None:
+    """Refuse overlaps that the contact search itself sees before anything moves.
+
+    Raises:
+        InputError: naming the tool, and by how much it reaches into a ply.
+    """
+    scene = model.scene
+    limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
+    Stepper(model, state).begin(np.zeros(1))
+    if scene.tools:  # a path may start away from zero
+        state.tool_shift.assign(state.tool_path.numpy()[:, 0])
+    search_contacts(model, state)
+    for tool, depth in zip(scene.tools, state.tool_deepest.numpy(), strict=True):
+        if depth > limit:
+            raise InputError(
+                f"tool {tool.name!r} starts {1e3 * depth:.4g} mm inside a ply: move it away by that"
+            )
+
+
+def _refuse_crossing(tool: Tool, points: np.ndarray, ply: Ply) -> None:
+    """Raise `InputError` where facets of a tool pass through the body of a flat ply.
+
+    Args:
+        tool: the tool.
+        points: its vertices at the start [m], shape [n, 3].
+        ply: the ply.
+    """
+    half = 0.5 * ply.fabric.thickness
+    body = half * (1.0 - 2.0 * START_TOLERANCE)
+    inside = _points_between(points[tool.triangles], ply.z - body, ply.z + body)
+    if not _over(ply, inside).any():
+        return
+    facing = points[_over(ply, points)]
+    heights = np.concatenate([inside[:, 2], facing[:, 2]])
+    up, down = ply.z + half - heights.min(), heights.max() - (ply.z - half)
+    word, way = ("raise", up) if up <= down else ("lower", down)
+    raise InputError(
+        f"tool {tool.name!r} starts inside ply {ply.name!r}: {word} it by {1e3 * way:.4g} mm"
+    )
+
+
+def _points_between(corners: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Corners and middles of the parts of triangles [m, 3, 3] between two heights, shape [k, 3]."""
+    z = corners[..., 2]
+    corners = corners[(z.min(axis=1) < high) & (z.max(axis=1) > low)]
+    a, b = corners, np.roll(corners, -1, axis=1)
+    rise = b[..., 2] - a[..., 2]
+    level = rise == 0.0
+    safe = np.where(level, 1.0, rise)
+    ends = np.sort(np.stack([low - a[..., 2], high - a[..., 2]]) / safe, axis=0)
+    first = np.where(level, 0.0, np.clip(ends[0], 0.0, 1.0))
+    last = np.where(level, 1.0, np.clip(ends[1], 0.0, 1.0))
+    part = (last > first) & (~level | ((a[..., 2] > low) & (a[..., 2] < high)))
+    points = np.stack([a + s[..., None] * (b - a) for s in (first, last)], axis=2)
+    count = 2 * part.sum(axis=1)
+    used = np.where(part[:, :, None, None], points, 0.0)
+    middles = used.sum(axis=(1, 2))[count > 0] / count[count > 0, None]
+    return np.concatenate([points[part].reshape(-1, 3), middles])
+
+
+def _over(ply: Ply, points: np.ndarray) -> np.ndarray:
+    """Whether points [n, 3] lie over or under the ply's area, shape [n]."""
+    flat = np.asarray(ply.mesh.vertices)
+    near = ((points[:, :2] >= flat.min(axis=0)) & (points[:, :2] <= flat.max(axis=0))).all(axis=1)
+    found = np.zeros(len(points), dtype=bool)
+    if near.any():
+        found[near] = enclosed(points[near, :2], flat[np.asarray(ply.mesh.boundary_edges)])
+    return found
+
+
+def _refuse_enclosing(tool: Tool, points: np.ndarray, ply: Ply) -> None:
+    """Raise `InputError` if the ply lies inside a closed tool: one of its points tells for all.
+
+    The solid angle of a closed surface seen from inside is 4π (Van Oosterom & Strackee 1983).
+    """
+    if not tool.surface.mesh.is_watertight:
+        return
+    a, b, c = np.moveaxis(points[tool.triangles] - ply.rest_points[0], 1, 0)
+    la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    volume = (a * np.cross(b, c)).sum(axis=1)
+    base = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    if abs(np.arctan2(volume, base).sum()) > np.pi:  # half the angle, half of 4π
+        raise InputError(
+            f"ply {ply.name!r} starts inside tool {tool.name!r}: move the tool or the ply, or cut "
+            "the tool's mesh down to the surface that meets the ply"
+        )

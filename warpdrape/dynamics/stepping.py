@@ -1,0 +1,274 @@
+"""The steps of a run, in blocks of a search and the steps up to the next one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+import warp as wp
+
+from warpdrape.dynamics import launches
+from warpdrape.dynamics.cores import SpareCores
+from warpdrape.dynamics.crew import Barrier, Crew
+from warpdrape.dynamics.model import ASK_EVERY, Model, State
+from warpdrape.dynamics.pace import Pace
+from warpdrape.dynamics.partition import Part, split
+from warpdrape.dynamics.timing import frame_times
+from warpdrape.tools.motion import Float
+
+FEW_STEPS = range(6, 13)
+"""Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
+Section = Callable[[Part, Sequence[Part]], None]
+"""Launches that a part can make, given all parts, while the others are in the same section."""
+
+
+def search_contacts(model: Model, state: State) -> None:
+    """Find what each vertex may touch until the next search."""
+    (whole,) = split(model, state, 1)
+    launches.search_tools(whole)
+    launches.search_plies(whole)
+
+
+def step(whole: Part) -> None:
+    """Advance everything by one step, for a part that is the whole."""
+    for section in step_sections(1, powers_of(whole.model)):
+        section(whole, [whole])
+
+
+def search_sections(*, asking: bool) -> list[Section]:
+    """What of a search comes after the refit; a part goes on when all others have come as far.
+
+    Args:
+        asking: whether every vertex asks for the facet nearest to it; else it walks there.
+    """
+    return [_measure_hollows, partial(_find, asking)]
+
+
+def powers_of(model: Model) -> int:
+    """Steps of the recurrence that selective mass scaling takes, 0 without."""
+    return 0 if model.selective is None else len(model.selective.powers)
+
+
+def step_sections(count: int, powers: int = 0) -> list[Section]:
+    """So many steps, likewise, each with the powers of selective mass scaling.
+
+    Part 0 moves the tools while the others scatter: nothing there depends on tools.
+    """
+    ends = [_end_step_and_scatter] * (count - 1) + [_end_steps]
+    moves = [_move, *(partial(_raise_power, number) for number in range(powers))]
+    return [_scatter, *(section for end in ends for section in (*moves, end))]
+
+
+def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
+    launches.measure_hollows(part)
+
+
+def _find(asking: bool, part: Part, _: Sequence[Part]) -> None:
+    launches.find_plies(part, asking)
+    launches.search_tools(part)
+
+
+def _scatter(part: Part, _: Sequence[Part]) -> None:
+    launches.add_element_forces(part)
+    launches.add_ply_contact(part)
+
+
+def _move(part: Part, parts: Sequence[Part]) -> None:
+    launches.gather_forces(part, parts)
+    launches.add_tool_contact(part)
+    launches.advance_plies(part)
+
+
+def _raise_power(number: int, part: Part, _: Sequence[Part]) -> None:
+    launches.raise_power_of(part, number)
+
+
+def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
+    _end_step(part, parts)
+    _scatter(part, parts)
+
+
+def _end_step(part: Part, parts: Sequence[Part]) -> None:
+    if part.number == 0:
+        launches.gather_totals(parts)
+        launches.end_step(part.model, part.moving)
+
+
+def _end_steps(part: Part, parts: Sequence[Part]) -> None:
+    _end_step(part, parts)
+    if part.number == 0:
+        launches.gather_extremes(parts)
+
+
+def steps_per_graph(steps: int) -> int:
+    """Steps of a block that one graph holds: few are captured fast, and most of them replayed."""
+    return min(FEW_STEPS, key=lambda few: (steps % few, -few)) if steps > FEW_STEPS[-1] else steps
+
+
+class _Job:
+    """What one thread does in a block: the launches of some parts, and refits between them.
+
+    The refit stays outside the graphs: Warp 1.19 does not record `Mesh.refit` on the CPU, so that a
+    replay would query a stale hierarchy. Tools are rigid and need no refit.
+    """
+
+    def __init__(self, own: Sequence[Part], parts: Sequence[Part], barrier: Barrier | None) -> None:
+        """Keep the parts; nothing is launched yet.
+
+        Args:
+            own: the parts of this job, one if others do the rest at the same time.
+            parts: all of them.
+            barrier: where to wait for the others; None if there are none.
+        """
+        self._own, self._parts, self._barrier = own, parts, barrier
+        every = own[0].model.timing.search_every
+        few = steps_per_graph(every)
+        self._times, rest = divmod(every, few)
+        self._copy: Callable[[], None] = self._launch_copies
+        self._prepare: Callable[[], None] = self._launch_preparation
+        self._ask, self._walk = (
+            partial(self._launch, search_sections(asking=asking)) for asking in (True, False)
+        )
+        powers = powers_of(own[0].model)
+        self._few = partial(self._launch, step_sections(few, powers))
+        self._rest = partial(self._launch, step_sections(rest, powers)) if rest else None
+
+    def capture(self) -> None:
+        """Replay from now on what the launches of now record."""
+        device = self._own[0].model.device
+        self._copy, self._prepare, self._ask, self._walk, self._few = (
+            _captured(run, device)
+            for run in (self._copy, self._prepare, self._ask, self._walk, self._few)
+        )
+        if self._rest is not None:
+            self._rest = _captured(self._rest, device)
+
+    def run(self, asking: bool) -> None:
+        """Do a block; at its start vertices ask for the facets nearest to them, or walk there."""
+        self._prepare()
+        if asking:
+            self._copy()
+            for part in self._own:
+                launches.refit_plies(part)
+        (self._ask if asking else self._walk)()
+        for _ in range(self._times):
+            self._few()
+        if self._rest is not None:
+            self._rest()
+
+    def _launch_copies(self) -> None:
+        for part in self._own:
+            launches.copy_plies(part)
+
+    def _launch_preparation(self) -> None:
+        for part in self._own:
+            launches.measure_normals(part)
+
+    def _launch(self, sections: Sequence[Section]) -> None:
+        for section in sections:
+            if self._barrier is not None:
+                self._barrier.launch(self._own[0].number)
+            for part in self._own:
+                section(part, self._parts)
+
+
+def _captured(run: Callable[[], None], device: str) -> Callable[[], None]:
+    with wp.ScopedCapture(device=device) as capture:
+        run()
+    return lambda: wp.capture_launch(capture.graph)
+
+
+class Stepper:
+    """Runs blocks of a search and the steps up to the next one, from captured graphs.
+
+    With several threads each computes a part of the model, and while that does not pay one thread
+    computes all parts: for a given number of them the results are the same to the bit.
+    """
+
+    def __init__(self, model: Model, state: State, threads: int = 1) -> None:
+        """Cut the model into a part for each thread; graphs are captured when first needed."""
+        self._model, self._state = model, state
+        self._parts = split(model, state, threads)
+        self._alone = _Job(self._parts, self._parts, None)
+        self._captured = not model.scene.numerics.graph
+        several = threads > 1 and model.scene.numerics.graph
+        self._pace = Pace(SpareCores(threads)) if several else None
+        self._barrier = Barrier(threads) if several else None
+        self._crew: Crew | None = None
+        self._blocks, self._asking = 0, True
+        self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._crew is not None:
+            self._crew.close()
+            self._crew = None
+
+    @property
+    def together(self) -> bool:
+        """Whether the next block is for threads."""
+        return self._barrier is not None and self._pace.together
+
+    def begin_frame(self, frame: int) -> None:
+        """Prescribe the motions of the steps to a frame, numbered from 1, at full pace."""
+        self.begin(frame_times(self._model.timing, frame))
+
+    def begin(self, times: np.ndarray) -> None:
+        """Put the prescribed motions of the coming steps on the device.
+
+        Args:
+            times: of the motions, before the first step and after each [s]; at most as many steps
+                as `Timing.steps_ahead`.
+        """
+        model, state = self._model, self._state
+        scene = model.scene
+        time = np.pad(times, (0, model.timing.steps_ahead + 1 - len(times)), mode="edge")
+        if scene.tools:
+            shape = (len(scene.tools), len(time))
+            path, force = np.zeros((*shape, 3)), np.zeros(shape)
+            for k, tool in enumerate(scene.tools):
+                if isinstance(tool.motion, Float):
+                    force[k] = tool.motion.force_at(time)
+                else:
+                    path[k] = tool.motion.displacement(time)
+            state.tool_path.assign(path)
+            state.tool_force.assign(force)
+        if scene.clamps:
+            shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
+            eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
+            matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
+            state.clamp_shift.assign(shift.reshape(-1, 3))
+            state.clamp_matrix.assign(np.concatenate(matrix))
+        state.step.zero_()
+
+    def block(self) -> None:
+        """Search once and do the steps up to the next search."""
+        if not self._captured:
+            self._alone.capture()
+            self._captured = True
+        self._asking = self._blocks % self._ask_every == 0
+        self._blocks += 1
+        if self._barrier is None:
+            self._alone.run(self._asking)
+            return
+        if self._crew is None and self.together:
+            self._crew = self._muster(self._barrier)
+        start = time.perf_counter()
+        if self.together:
+            self._barrier.reset()
+            self._crew.run()
+        else:
+            self._alone.run(self._asking)
+        self._pace.took(time.perf_counter() - start)
+
+    def _muster(self, barrier: Barrier) -> Crew:
+        """Capture every part's graphs and start its thread."""
+        jobs = [_Job([part], self._parts, barrier) for part in self._parts]
+        for job in jobs:
+            job.capture()
+        return Crew([partial(self._run, job) for job in jobs], barrier.release)
+
+    def _run(self, job: _Job) -> None:
+        job.run(self._asking)

@@ -1,0 +1,1 @@
+"""Internal forces of a ply, one kind a module."""

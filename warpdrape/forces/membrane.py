@@ -1,0 +1,249 @@
+"""A ply's membrane on a device: its arrays, its laws, and the launches of its kernels."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdrape.blanks.pairing import pair_triangles
+from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
+from warpdrape.kernels.forces import membrane as kernels
+from warpdrape.kernels.forces.pairs import TwoPairs, make_pair_forces
+from warpdrape.kernels.materials.isotropic import IsotropicMembrane as IsotropicStruct
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.law_data import (
+    initial_shear_stiffness,
+    membrane_functions,
+    shear_stiffness,
+    shear_struct,
+    tension_stiffness,
+    tension_struct,
+)
+from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.softening import soften
+from warpdrape.numerics import Numerics
+
+SHEAR_RANGE = math.radians(75.0)
+"""Shear angle up to which the stable step covers the shear law [rad], past any locking."""
+
+
+@dataclass(frozen=True, eq=False)
+class Membrane:
+    """One ply's triangles on the device.
+
+    Attributes:
+        first_vertex: number of its first vertex in the model.
+        vertex_count: number of its vertices.
+        first_triangle: number of its first triangle in the model.
+        triangle_count: number of its triangles.
+        triangles: vertices in the model's numbering, shape [triangle, 3].
+        gradients: D [1/m], shape [triangle].
+        areas: initial areas [m²], shape [triangle].
+        rest_angle: from warp to weft in the flat ply [rad].
+        loads: launches (kernel, count, inputs) that add forces, given x; output f. The first input
+            is the number of the first one counted.
+        order: its triangles as the loads take them, shape [triangle].
+        measurement: launch (kernel, count, inputs) of strain, line tension and energy.
+    """
+
+    first_vertex: int
+    vertex_count: int
+    first_triangle: int
+    triangle_count: int
+    triangles: wp.array
+    gradients: wp.array
+    areas: wp.array
+    rest_angle: float
+    loads: tuple[tuple[Any, int, list], ...]
+    order: np.ndarray
+    measurement: tuple[Any, int, list]
+
+    def add_forces(self, x: wp.array, f: wp.array) -> None:
+        """Add the membrane's forces [N] at positions x [m] to f."""
+        launch_loads(self.loads, x, f)
+
+
+def launch_loads(loads: Sequence[tuple[Any, int, list]], x: wp.array, f: wp.array) -> None:
+    """Add the forces [N] of loads, as `Membrane` has them, at positions x [m] to f."""
+    for kernel, count, inputs in loads:
+        wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+
+
+def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
+    """`yarn_gradients` of a ply."""
+    return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+
+
+def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply."""
+    gradients, _ = flat_gradients(ply)
+    return highest_frequency_squared(
+        gradients, ply.fabric.areal_density, *sheet_stiffness(ply, numerics)
+    )
+
+
+def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
+    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m]."""
+    fabric = ply.fabric
+    if isinstance(fabric.tension, IsotropicMembrane):
+        sheet = fabric.tension
+        stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
+        return (stiffness, stiffness), stiffness
+    shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
+    yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
+    stabiliser = stabiliser_stiffness(fabric, numerics)
+    return (yarns[0] + stabiliser, yarns[1] + stabiliser), shear
+
+
+def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
+    """κ C'(0) [N/m], with its floor for fabrics that hardly shear-stiffen."""
+    floor = numerics.stabiliser_floor * max(tension_stiffness(fabric))
+    return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
+
+
+def build_membrane(
+    ply: Ply, numerics: Numerics, vertex: int, triangle: int, device: str
+) -> Membrane:
+    """Put a ply's triangles on a device.
+
+    Args:
+        ply: the ply.
+        numerics: averaging and stabiliser.
+        vertex: number of the ply's first vertex in the model.
+        triangle: number of its first triangle in the model.
+        device: Warp device.
+    """
+    fabric = ply.fabric
+    flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
+    gradients, areas = flat_gradients(ply)
+    numbered = wp.array(flat + vertex, dtype=wp.int32, device=device)
+    gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
+    area_array = wp.array(areas, dtype=wp.float64, device=device)
+    common = [numbered, gradient_array, area_array]
+    if isinstance(fabric.tension, IsotropicMembrane):
+        law = IsotropicStruct()
+        law.stiffness, law.poisson = fabric.tension.stiffness, fabric.tension.poisson
+        loads = ((kernels.add_isotropic_forces, len(flat), [0, *common, law]),)
+        order = np.arange(len(flat))
+        measurement = (kernels.measure_isotropic, len(flat), [*common, law])
+    else:
+        loads, order, measurement = _yarn_launches(
+            ply, numerics, vertex, common, gradients, areas, device
+        )
+    return Membrane(
+        vertex,
+        len(ply.mesh.vertices),
+        triangle,
+        len(flat),
+        *common,
+        fabric.yarn_angle,
+        loads,
+        order,
+        measurement,
+    )
+
+
+@functools.cache
+def _yarn_kernels(functions: tuple) -> tuple:
+    tension, _, shear, _, *structs = functions
+    return make_pair_forces(tension, shear, *structs), *kernels.make_yarn_membrane(*functions)
+
+
+def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple:
+    fabric = ply.fabric
+    add_pair_forces, add_patch_forces, measure = _yarn_kernels(membrane_functions(fabric))
+    laws = [
+        tension_struct(soften(fabric, numerics.yarn_softening), device),
+        shear_struct(fabric, device),
+        stabiliser_stiffness(fabric, numerics),
+        fabric.yarn_angle,
+    ]
+    if numerics.averaging == "pairs":
+        pairing = pair_triangles(ply.mesh)
+        offsets, members, pairs = pairing.offsets, pairing.triangles, pairing.n_pairs
+    else:
+        offsets, members, pairs = np.arange(len(areas) + 1), np.arange(len(areas)), 0
+    patches = len(offsets) - 1
+    offset_array = wp.array(offsets, dtype=wp.int32, device=device)
+    member_array = wp.array(members, dtype=wp.int32, device=device)
+    paired = pairs - pairs % 2
+    loads = []
+    if paired:
+        halves = members[: 2 * paired].reshape(-1, 2)
+        quads, *of_two = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
+        two_pairs = two_by_two(quads + vertex, *of_two, areas[halves])
+        pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
+        loads.append((add_pair_forces, paired // 2, [0, pair_array, *laws]))
+    if patches > paired:
+        inputs = [paired, offset_array, member_array, *common, *laws]
+        loads.append((add_patch_forces, patches - paired, inputs))
+    measurement = (measure, patches, [offset_array, member_array, *common, *laws])
+    return tuple(loads), members, measurement
+
+
+def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Arrange pairs two by two as the kernels' `TwoPairs`.
+
+    Args:
+        quads: vertices (i, j, k, l), an even number of pairs, shape [p, 4].
+        da: D of (i, j, k) [1/m], shape [p, 4].
+        db: D of (i, l, j) [1/m], shape [p, 4].
+        areas: initial areas [m²], shape [p, 2].
+
+    Returns:
+        Structured array, shape [p / 2].
+    """
+
+    def lanes(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.column_stack([a, b]).reshape(-1, 4)
+
+    two = np.zeros(len(quads) // 2, dtype=TwoPairs.numpy_dtype())
+    two["vertices_p"], two["vertices_q"] = quads[0::2], quads[1::2]
+    two["warp_at_j"], two["warp_at_tip"] = lanes(da[:, 0], db[:, 1]), lanes(da[:, 1], db[:, 0])
+    two["weft_at_j"], two["weft_at_tip"] = lanes(da[:, 2], db[:, 3]), lanes(da[:, 3], db[:, 2])
+    two["areas"] = areas.reshape(-1, 4)
+    return two
+
+
+def pair_gradients(
+    triangles: np.ndarray, gradients: np.ndarray, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Number a pair's vertices (i, j, k, l), its triangles being (i, j, k) and (i, l, j).
+
+    Args:
+        triangles: vertices, counter-clockwise, shape [m, 3].
+        gradients: (D1b, D1c, D2b, D2c) [1/m], shape [m, 4].
+        pairs: triangles, shape [p, 2].
+
+    Returns:
+        Vertices, shape [p, 4]; gradients of the two triangles in that order, each shape [p, 4].
+    """
+    ta, tb = triangles[pairs[:, 0]], triangles[pairs[:, 1]]
+    shared = (ta[:, :, None] == tb[:, None, :]).any(2)
+    tip = np.argmin(shared, axis=1)  # the one corner of a that b lacks
+    rows = np.arange(len(pairs))
+    i, j, k = (ta[rows, (tip + s) % 3] for s in (1, 2, 0))
+    tip_b = np.argmin((tb[:, :, None] == ta[:, None, :]).any(2), axis=1)
+    quads = np.column_stack([i, j, k, tb[rows, tip_b]])
+    full = np.stack(
+        [
+            np.column_stack(
+                [-gradients[:, c] - gradients[:, c + 1], gradients[:, c], gradients[:, c + 1]]
+            )
+            for c in (0, 2)
+        ],
+        1,
+    )  # D[triangle, family, corner]
+    in_a, in_b = full[pairs[:, 0]], full[pairs[:, 1]]
+    da = [in_a[rows, family, (tip + s) % 3] for family in (0, 1) for s in (2, 0)]
+    # In b, counter-clockwise: tip l, then j, then i, as b runs along the shared edge from j to i.
+    at_j = np.argmax(tb == j[:, None], axis=1)
+    db = [in_b[rows, family, at] for family in (0, 1) for at in (tip_b, at_j)]
+    return quads.astype(np.int32), np.column_stack(da), np.column_stack(db)

@@ -1,0 +1,1 @@
+"""What a fabric is: its laws of tension and shear, its card with sources, the library."""

@@ -1,0 +1,136 @@
+"""A fabric: areal density, thickness, unit cell and laws, each value with its source."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from warpdrape.errors import InputError, finite, nearest, positive
+from warpdrape.materials.laws import (
+    CrimpInterchange,
+    IsotropicMembrane,
+    NoShear,
+    ShearLaw,
+    TensionLaw,
+    falling_angle,
+)
+
+STATUSES = ("measured", "second-hand", "inferred", "assumed")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a value comes from.
+
+    Attributes:
+        status: "measured", "second-hand", "inferred" or "assumed".
+        text: the source in words.
+        doubt: what is to be verified, and why.
+        given: the value as the source gives it, with its unit.
+    """
+
+    status: str
+    text: str
+    doubt: str = ""
+    given: str = ""
+
+    def __post_init__(self) -> None:
+        if self.status not in STATUSES:
+            raise InputError(f"status = {self.status!r}{nearest(self.status, STATUSES)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fabric:
+    """A woven reinforcement.
+
+    Attributes:
+        name: how scenes and files call it.
+        areal_density: mass per area [kg/m²].
+        thickness: ply thickness under forming pressure [m].
+        cell_warp: unit-cell length L1 along the warp [m], the spacing of the weft yarns.
+        cell_weft: unit-cell length L2 along the weft [m], the spacing of the warp yarns.
+        tension: yarn tension law, or an isotropic membrane in its place.
+        shear: shear couple law.
+        compressive_factor: yarn stiffness in compression over that in tension [-].
+        yarn_angle: angle from warp to weft in the flat ply [rad].
+        sources: value name → where it comes from.
+        description: what it is, in a line.
+        doubts: what is uncertain about the fabric as a whole.
+    """
+
+    name: str
+    areal_density: float
+    thickness: float
+    tension: TensionLaw
+    shear: ShearLaw = field(default_factory=NoShear)
+    cell_warp: float = 1e-3
+    cell_weft: float = 1e-3
+    compressive_factor: float = 0.01
+    yarn_angle: float = math.pi / 2
+    sources: Mapping[str, Source] = field(default_factory=dict)
+    description: str = ""
+    doubts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"fabric name = {self.name!r} must be a text")
+        positive("areal_density", self.areal_density, unit="kg/m²")
+        positive("thickness", self.thickness, unit="m")
+        positive("cell_warp", self.cell_warp, unit="m")
+        positive("cell_weft", self.cell_weft, unit="m")
+        if self.areal_density > 100.0:
+            raise InputError(f"areal_density = {self.areal_density} kg/m²: give kg/m², not g/m²")
+        if self.thickness > 0.1:
+            raise InputError(f"thickness = {self.thickness} m: give metres, not millimetres")
+        if not 0.0 <= finite("compressive_factor", self.compressive_factor) <= 1.0:
+            raise InputError(f"compressive_factor = {self.compressive_factor} must lie in 0 … 1")
+        if not math.radians(20) <= finite("yarn_angle", self.yarn_angle) <= math.radians(160):
+            raise InputError(
+                f"yarn_angle = {self.yarn_angle} rad must lie in 0.35 … 2.79 (20–160°)"
+            )
+        if not isinstance(self.tension, TensionLaw):
+            raise InputError(f"tension = {self.tension!r} is not a tension law")
+        if not isinstance(self.shear, ShearLaw):
+            raise InputError(f"shear = {self.shear!r} is not a shear law")
+        if isinstance(self.tension, IsotropicMembrane) and (
+            not isinstance(self.shear, NoShear) or abs(self.yarn_angle - math.pi / 2) > 1e-12
+        ):
+            raise InputError(
+                "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
+            )
+        self._check_crimp()
+        falling = falling_angle(self.shear)
+        if falling is not None:
+            warnings.warn(
+                f"fabric {self.name!r}: the shear couple falls beyond "
+                f"{math.degrees(falling):.1f}°; check the signs of its coefficients",
+                stacklevel=3,
+            )
+
+    def _check_crimp(self) -> None:
+        if not isinstance(self.tension, CrimpInterchange):
+            return
+        for family in ("warp", "weft"):
+            spacing = getattr(self.tension, f"spacing_{family}")
+            cell = getattr(self, f"cell_{family}")
+            if not math.isclose(spacing, cell, rel_tol=1e-6):
+                raise InputError(
+                    f"the crimp law's spacing_{family} = {spacing} m must equal "
+                    f"cell_{family} = {cell} m"
+                )
+
+    @property
+    def cell_area(self) -> float:
+        """Area S of a unit cell [m²]: L1 L2 for orthogonal yarns."""
+        return self.cell_warp * self.cell_weft * math.sin(self.yarn_angle)
+
+    @property
+    def yarn_width(self) -> tuple[float, float]:
+        """Width of sheet that one warp, one weft yarn carries [m]."""
+        return self.cell_area / self.cell_warp, self.cell_area / self.cell_weft
+
+    def shear_per_area(self, angle: float) -> float:
+        """C = C_s/S [N/m] at a shear angle [rad]."""
+        return float(self.shear.couple(angle)) / self.cell_area

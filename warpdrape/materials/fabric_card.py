@@ -1,0 +1,232 @@
+"""The card of a fabric: every value with unit, status, source and doubts; and its curves."""
+
+from __future__ import annotations
+
+import math
+import os
+import textwrap
+
+import numpy as np
+
+from warpdrape.materials.fabric import Fabric, Source
+from warpdrape.materials.law_curves import sample_tensions
+from warpdrape.materials.law_data import initial_shear_stiffness, shear_stiffness
+from warpdrape.materials.laws import (
+    CrimpInterchange,
+    IsotropicMembrane,
+    LinearTension,
+    NoShear,
+    ShearTable,
+    TabulatedTension,
+)
+
+WIDTH = 96
+"""Columns of a card."""
+_TENSION_NAMES = {
+    LinearTension: "linear yarns",
+    TabulatedTension: "table of biaxial tensions",
+    CrimpInterchange: "crimp interchange",
+    IsotropicMembrane: "isotropic membrane in place of yarns",
+}
+
+
+def card(fabric: Fabric) -> str:
+    """Return the card of a fabric as text for a terminal."""
+    notes: list[tuple[str, str]] = []
+    rows = [("value", "as given", "SI", "status", "note")]
+    for name, value in _values(fabric):
+        source = fabric.sources.get(name)
+        status = source.status if source else "not stated"
+        given = source.given if source and source.given else "-"
+        rows.append((name, given, value, status, _note(source, notes)))
+    parts = [_heading(fabric), _table(rows), _table(_derived(fabric))]
+    if notes:
+        parts.append(_numbered(notes))
+    if fabric.doubts:
+        parts.append("\n".join(["Doubts", *(_wrap("  - ", d) for d in fabric.doubts)]))
+    return "\n\n".join(parts)
+
+
+def _heading(fabric: Fabric) -> str:
+    lines = [fabric.name]
+    if fabric.description:
+        lines.append(textwrap.fill(fabric.description, WIDTH))
+    shear = fabric.shear
+    couple = "no shear stiffness" if isinstance(shear, NoShear) else "odd polynomial"
+    if isinstance(shear, ShearTable):
+        couple = "curve through points"
+    if isinstance(fabric.tension, IsotropicMembrane):
+        couple = "that of the membrane"
+    lines.append(f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}")
+    return "\n".join(lines)
+
+
+def _values(fabric: Fabric) -> list[tuple[str, str]]:
+    """Names and SI values of a fabric, in the order of its card."""
+    values = [
+        ("areal_density", f"{fabric.areal_density:.4g} kg/m²"),
+        ("thickness", f"{fabric.thickness:.4g} m"),
+    ]
+    yarns = not isinstance(fabric.tension, IsotropicMembrane)
+    if yarns:
+        values += [
+            ("cell_warp", f"{fabric.cell_warp:.4g} m"),
+            ("cell_weft", f"{fabric.cell_weft:.4g} m"),
+            ("compressive_factor", f"{fabric.compressive_factor:.4g}"),
+        ]
+    if "yarn_angle" in fabric.sources or abs(fabric.yarn_angle - math.pi / 2) > 1e-12:
+        values.append(("yarn_angle", f"{fabric.yarn_angle:.4g} rad"))
+    values += [(f"tension.{name}", text) for name, text in _tension_values(fabric.tension)]
+    if isinstance(fabric.shear, ShearTable):
+        angles, couples = fabric.shear.angles, fabric.shear.couples
+        values.append(("shear.angles", f"{angles.size} points to {angles[-1]:.4g} rad"))
+        values.append(("shear.couples", f"to {couples[-1]:.4g} N·m"))
+    elif not isinstance(fabric.shear, NoShear):
+        terms = fabric.shear.coefficients
+        shown = "(" + ", ".join(f"{c:.5g}" for c in terms) + ") N·m"
+        source = fabric.sources.get("shear.coefficients")
+        if source and source.given:
+            shown = "of " + ", ".join(("γ", "γ³", "γ⁵", "γ⁷")[: len(terms)])
+        values.append(("shear.coefficients", shown))
+    return values
+
+
+def _tension_values(
+    law: LinearTension | TabulatedTension | CrimpInterchange | IsotropicMembrane,
+) -> list[tuple[str, str]]:
+    match law:
+        case LinearTension():
+            return [("warp", f"{law.warp:.6g} N"), ("weft", f"{law.weft:.6g} N")]
+        case TabulatedTension():
+            axes = [(n, getattr(law, n)) for n in ("strain_warp", "strain_weft")]
+            tables = [(n, getattr(law, n)) for n in ("tension_warp", "tension_weft")]
+            return [(n, f"{a.size} from {a[0]:.4g} to {a[-1]:.4g}") for n, a in axes] + [
+                (n, f"{t.min():.4g} to {t.max():.4g} N") for n, t in tables
+            ]
+        case CrimpInterchange():
+            return [
+                ("crimp_warp", f"{law.crimp_warp:.4g}"),
+                ("crimp_weft", f"{law.crimp_weft:.4g}"),
+                ("stiffness_warp", f"{law.stiffness_warp:.6g} N"),
+                ("stiffness_weft", f"{law.stiffness_weft:.6g} N"),
+            ]
+        case _:
+            return [("stiffness", f"{law.stiffness:.4g} N/m"), ("poisson", f"{law.poisson:.4g}")]
+
+
+def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
+    """What follows from the values, as rows of a table."""
+    rows = [("computed from these", "")]
+    if not isinstance(fabric.tension, IsotropicMembrane):
+        b1, b2 = fabric.yarn_width
+        rows += [
+            ("yarns per cm, warp and weft", f"{0.01 / b1:.4g}, {0.01 / b2:.4g}"),
+            ("cell area", f"{fabric.cell_area * 1e6:.4g} mm²"),
+        ]
+    rows.append(("shear stiffness at 0°", f"{initial_shear_stiffness(fabric):.4g} N/m"))
+    if not isinstance(fabric.shear, NoShear):
+        for angle in (30, 45, 60):
+            couple = fabric.shear_per_area(math.radians(angle))
+            force = couple / math.cos(math.radians(angle)) / 1e3
+            rows.append((f"normalised shear force at {angle}°", f"{force:.4g} N/mm"))
+        stiffest = shear_stiffness(fabric, math.radians(60))
+        rows.append(("largest shear stiffness up to 60°", f"{stiffest:.4g} N/m"))
+    return rows
+
+
+def _note(source: Source | None, notes: list[tuple[str, str]]) -> str:
+    """Number of the note that holds a source and its doubt."""
+    if source is None:
+        return ""
+    if (source.text, source.doubt) not in notes:
+        notes.append((source.text, source.doubt))
+    return f"[{notes.index((source.text, source.doubt)) + 1}]"
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def _numbered(notes: list[tuple[str, str]]) -> str:
+    lines = ["Sources"]
+    for number, (text, doubt) in enumerate(notes, start=1):
+        lines.append(_wrap(f"  [{number}] ", text))
+        if doubt:
+            lines.append(_wrap("      doubt: ", doubt))
+    return "\n".join(lines)
+
+
+def _wrap(first: str, text: str) -> str:
+    indent = " " * len(first)
+    return textwrap.fill(text, WIDTH, initial_indent=first, subsequent_indent=indent)
+
+
+def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
+    """Draw tensions, shear couple and normalised shear force of a fabric to a picture file."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
+    tension, couple, force = figure.subplots(1, 3)
+    _plot_tensions(fabric, tension)
+    _plot_shear(fabric, couple, force)
+    figure.suptitle(fabric.name)
+    figure.savefig(path, dpi=120)
+
+
+def _plot_tensions(fabric: Fabric, axes) -> None:
+    axes.set(xlabel="strain [%]", title="Yarn tension")
+    if isinstance(fabric.tension, IsotropicMembrane):
+        strain = np.linspace(0.0, 0.02, 2)
+        law = fabric.tension
+        line = law.stiffness / (1 - law.poisson**2) * strain
+        axes.plot(100 * strain, line / 1e3, label="other strain 0")
+        axes.plot(100 * strain, line * (1 + law.poisson) / 1e3, "--", label="other strain equal")
+        axes.set(ylabel="line tension [N/mm]", title="Membrane tension, small strains")
+    else:
+        largest = 0.015
+        if isinstance(fabric.tension, TabulatedTension):
+            largest = min(fabric.tension.strain_warp[-1], fabric.tension.strain_weft[-1])
+        strain = np.linspace(-0.25 * largest, largest, 251)
+        coupled = not isinstance(fabric.tension, LinearTension)
+        for family, name in enumerate(("warp", "weft")):
+            for ratio, style in ((0.0, "-"), (1.0, "--"))[: 1 + coupled]:
+                both = np.stack([strain, ratio * strain], axis=1)
+                line = sample_tensions(fabric, both[:, ::-1] if family else both)[0][:, family]
+                axes.plot(
+                    100 * strain,
+                    line * fabric.yarn_width[family],
+                    style,
+                    color=f"C{family}",
+                    linewidth=1.2 if family else 3.0,
+                    label=f"{name}, other strain {'equal' if ratio else '0'}" if coupled else name,
+                )
+        axes.set(ylabel="tension [N per yarn]")
+    axes.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
+    axes.legend(frameon=False, fontsize="small")
+
+
+def _plot_shear(fabric: Fabric, couple, force) -> None:
+    couple.set(title="Shear couple", ylabel="couple C$_s$ [N·mm per cell]")
+    force.set(title="Normalised shear force", ylabel="C/cos γ [N/mm]")
+    for axes in (couple, force):
+        axes.set(xlabel="shear angle [°]")
+    if isinstance(fabric.shear, NoShear):
+        membrane = isinstance(fabric.tension, IsotropicMembrane)
+        text = "shears as the membrane" if membrane else "shears freely"
+        for axes in (couple, force):
+            axes.set(xticks=[], yticks=[])
+            axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes)
+        return
+    last = 70.0
+    if isinstance(fabric.shear, ShearTable):
+        last = min(85.0, math.degrees(fabric.shear.angles[-1]) * 1.1)
+        points = np.degrees(fabric.shear.angles), fabric.shear.couples * 1e3
+        couple.plot(*points, "o", color="C0", markersize=3)
+    angles = np.linspace(0.0, last, 281)
+    values = fabric.shear.couple(np.radians(angles))
+    couple.plot(angles, values * 1e3, color="C0")
+    force.plot(angles, values / fabric.cell_area / np.cos(np.radians(angles)) / 1e3, color="C0")

@@ -1,0 +1,196 @@
+"""The fabric library: bundled fabric files, and a user's own of the same form."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from warpdrape.errors import InputError, one_of
+from warpdrape.materials.fabric import Fabric, Source
+from warpdrape.materials.fabric_file import Section, read_sections
+from warpdrape.materials.laws import (
+    CrimpInterchange,
+    IsotropicMembrane,
+    LinearTension,
+    NoShear,
+    ShearLaw,
+    ShearPolynomial,
+    ShearTable,
+    TabulatedTension,
+    TensionLaw,
+)
+
+Sources = dict[str, Source]
+
+_TEXTS = ("name", "description", "doubts")
+_SCALARS = {
+    "areal_density": "areal density",
+    "thickness": "length",
+    "compressive_factor": "ratio",
+    "yarn_angle": "angle",
+}
+_CELL = {
+    "yarns_warp": "yarns per length",
+    "yarns_weft": "yarns per length",
+    "cell_warp": "length",
+    "cell_weft": "length",
+}
+_TENSION_KEYS = {
+    "linear": {"warp": "force", "weft": "force"},
+    "table": {
+        "strain_warp": "ratio",
+        "strain_weft": "ratio",
+        "tension_warp": "force",
+        "tension_weft": "force",
+    },
+    "crimp": {
+        "crimp_warp": "ratio",
+        "crimp_weft": "ratio",
+        "stiffness_warp": "force",
+        "stiffness_weft": "force",
+    },
+    "isotropic": {"stiffness": "force per length", "poisson": "ratio"},
+}
+_SHEAR_KEYS = {
+    "polynomial": {"coefficients": "couple"},
+    "table": {"angles": "angle", "couples": "couple"},
+    "none": {},
+}
+
+
+def fabric_names() -> list[str]:
+    """Names of the bundled fabrics, sorted."""
+    files = resources.files("warpdrape.fabrics").iterdir()
+    return sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml"))
+
+
+def load_fabric(name_or_path: str | os.PathLike[str]) -> Fabric:
+    """Return a bundled fabric by name, or one read from a user's file.
+
+    Args:
+        name_or_path: a bundled name, or a path that exists or ends in ``.toml``.
+
+    Raises:
+        InputError: unknown name (the nearest known one is given), or a file with a fault (file,
+            line and key are given).
+    """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise InputError(f"fabric = {name_or_path!r} must be a name or the path of a file")
+    given = os.fspath(name_or_path)
+    names = fabric_names()
+    if given not in names and (given.endswith(".toml") or Path(given).is_file()):
+        return _fabric(read_sections(Path(given), given))
+    name = one_of("fabric", given, names)
+    bundled = resources.files("warpdrape.fabrics").joinpath(f"{name}.toml")
+    with resources.as_file(bundled) as path:
+        return _fabric(read_sections(path, f"{name}.toml"))
+
+
+def _fabric(file: Section) -> Fabric:
+    """Build the fabric that a file describes."""
+    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear"))
+    file.require("name", str, "a text")
+    sources: Sources = {}
+    isotropic = file.section("tension").values.get("law") == "isotropic"
+    required = {"areal_density", "thickness"}
+    values: dict[str, Any] = {}
+    for key, kind in _SCALARS.items():
+        if key in required or key in file.values:
+            values[key], sources[key] = file.number(key, kind)
+    if not isotropic:
+        values |= _cell(file, values.get("yarn_angle", math.pi / 2), sources)
+    tension = _tension(file, values, sources)
+    shear = _shear(file, sources)
+    try:
+        return Fabric(
+            name=file.text("name"),
+            description=file.text("description"),
+            doubts=_doubts(file),
+            tension=tension,
+            shear=shear,
+            sources=sources,
+            **values,
+        )
+    except InputError as error:
+        file.blame(error)
+
+
+def _doubts(file: Section) -> tuple[str, ...]:
+    doubts = file.values.get("doubts", [])
+    if not isinstance(doubts, list) or not all(isinstance(d, str) for d in doubts):
+        file.fail("doubts", "must be an array of texts")
+    return tuple(" ".join(d.split()) for d in doubts)
+
+
+def _cell(file: Section, yarn_angle: float, sources: Sources) -> dict[str, float]:
+    """Lengths of the unit cell [m], given as such or as yarns per length of the sheet."""
+    cell = {}
+    for along, across in (("warp", "weft"), ("weft", "warp")):
+        length, count = f"cell_{along}", f"yarns_{across}"
+        if (length in file.values) == (count in file.values):
+            file.fail(count if count in file.values else "", f"give either {count!r} or {length!r}")
+        key = length if length in file.values else count
+        value, sources[length] = file.number(key, _CELL[key])
+        if value <= 0.0:
+            file.fail(f"{key}.value", f"{sources[length].given} must be above zero")
+        cell[length] = value
+        if key == count:
+            cell[length] = 1.0 / (value * math.sin(yarn_angle))
+            given = f"{across} yarns: {sources[length].given}"
+            sources[length] = replace(sources[length], given=given)
+    return cell
+
+
+def _law(
+    file: Section, key: str, laws: dict[str, dict[str, str]], sources: Sources
+) -> tuple[Section, str, dict[str, Any]]:
+    """Return the section of a law, the law's name and its values in SI."""
+    section = file.section(key)
+    law = section.require("law", str, "one of " + ", ".join(laws))
+    try:
+        one_of(f"{key} law", law, laws)
+    except InputError as error:
+        section.fail("law", str(error))
+    section.check_keys(("law", *laws[law]))
+    values = {}
+    for name, kind in laws[law].items():
+        values[name], sources[f"{key}.{name}"] = section.quantity(name, kind)
+    return section, law, values
+
+
+def _tension(file: Section, cell: dict[str, float], sources: Sources) -> TensionLaw:
+    section, law, values = _law(file, "tension", _TENSION_KEYS, sources)
+    try:
+        match law:
+            case "linear":
+                return LinearTension(**values)
+            case "table":
+                return TabulatedTension(**values)
+            case "crimp":
+                return CrimpInterchange(cell["cell_warp"], cell["cell_weft"], **values)
+            case _:
+                return IsotropicMembrane(**values)
+    except InputError as error:
+        section.blame(error)
+
+
+def _shear(file: Section, sources: Sources) -> ShearLaw:
+    if "shear" not in file.values:
+        return NoShear()
+    section, law, values = _law(file, "shear", _SHEAR_KEYS, sources)
+    if isinstance(values.get("coefficients"), float):
+        section.fail("coefficients.value", "must be an array of numbers")
+    try:
+        match law:
+            case "polynomial":
+                return ShearPolynomial(tuple(map(float, values["coefficients"])))
+            case "table":
+                return ShearTable(**values)
+            case _:
+                return NoShear()
+    except InputError as error:
+        section.blame(error)

@@ -1,0 +1,1 @@
+"""What a run leaves: arrays, history, summary, run folder, USD, pictures."""

@@ -1,0 +1,92 @@
+"""The rows of ``history.csv``: way and force of tools and clamps, largest shear, energies."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from warpdrape.dynamics.energy import Energies
+from warpdrape.dynamics.model import Model, State
+from warpdrape.results.result import FormedPly
+from warpdrape.tools.motion import Float, Path, Stroke
+from warpdrape.tools.tool import Tool
+
+
+def tool_axis(tool: Tool) -> np.ndarray:
+    """Direction along which a tool's displacement and force are reported, shape [3]."""
+    if isinstance(tool.motion, Float):
+        return np.asarray(tool.motion.axis)
+    if isinstance(tool.motion, Stroke | Path):
+        ends = tool.motion.displacement(np.array([0.0, 1e9]))
+        travel = ends[1] - ends[0]
+        if np.linalg.norm(travel) > 0.0:
+            return travel / np.linalg.norm(travel)
+    return np.array([0.0, 0.0, 1.0])
+
+
+def history_row(
+    model: Model,
+    state: State,
+    time: float,
+    loading_time: float,
+    steps: int,
+    energies: Energies,
+    plies: Sequence[FormedPly],
+    before: Mapping[str, float] | None = None,
+) -> dict[str, float]:
+    """One row of ``history.csv``; forces are means over the frame.
+
+    Args:
+        model: the model.
+        state: its state, its impulses summed over ``steps``.
+        time: simulated time [s].
+        loading_time: time of the tools' and clamps' motions [s], as in `loading`.
+        steps: steps since the row before.
+        energies: the balance now.
+        plies: the plies now.
+        before: the row before, None for the first.
+    """
+    row = {"time_s": time, "loading_time_s": loading_time}
+    shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
+    for k, tool in enumerate(model.scene.tools):
+        axis = tool_axis(tool)
+        row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
+        row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
+    row.update(_clamp_entries(model, state, loading_time, steps, before))
+    for ply in plies:
+        row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
+    row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
+    for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
+        row[f"{name}_j"] = getattr(energies, name)
+    for field in dataclasses.fields(energies):
+        row.setdefault(f"{field.name}_j", getattr(energies, field.name))
+    row["unbalanced_j"] = energies.unbalanced
+    return row
+
+
+def _clamp_entries(
+    model: Model, state: State, time: float, steps: int, before: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Displacement, force (along ``follow``, or by work; and its components) and work of clamps."""
+    entries: dict[str, float] = {}
+    if not model.scene.clamps:
+        return entries
+    held, work = model.clamp.numpy(), state.clamp_work.numpy()
+    mean_force = state.clamp_force.numpy() / max(steps, 1)
+    for k, clamp in enumerate(model.scene.clamps):
+        name, done = clamp.name, float(work[held == k].sum())
+        follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)
+        moved = float(clamp.motion.displacement(np.array(time)) @ follow)
+        force = float(mean_force[k] @ follow)
+        if clamp.travel is not None:
+            moved = float(clamp.travel(np.array(time)))
+            step = moved - before[f"{name}_displacement_m"] if before else 0.0
+            force = (done - before[f"{name}_work_j"]) / step if step != 0.0 else 0.0
+        entries[f"{name}_displacement_m"] = moved
+        entries[f"{name}_force_n"] = force
+        for axis, component in zip("xyz", mean_force[k], strict=True):
+            entries[f"{name}_force_{axis}_n"] = float(component)
+        entries[f"{name}_work_j"] = done
+    return entries

@@ -1,0 +1,305 @@
+"""A picture of a formed ply, coloured by shear angle, drawn from nothing but the run folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpdrape.blanks.triangles import area_percentile
+from warpdrape.errors import InputError, positive
+from warpdrape.results.raster import Camera, find_visible, vertex_normals
+from warpdrape.results.usd_reader import PlyView, SceneView, Surface, find_scene, read_scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH = 1600
+"""Width of every picture [pixels]."""
+_DPI = 160
+_SAMPLES = 2  # along each side of a pixel
+_LIGHT = np.array([-0.42, 0.62, 0.66])  # right, up, towards the viewer
+_LINE_STRENGTH = 0.5
+_TOOL_GREY = np.array([0.45, 0.48, 0.52])
+_INK, _FAINT = "#1a1d21", "#5b6470"
+
+
+@dataclass(frozen=True)
+class _Paint:
+    """How shear becomes colour.
+
+    Args:
+        top: shear angle at the end of the scale [deg].
+        smooth: blend over the triangles, from the mean at each vertex.
+        spacing: of the yarns drawn [m]; 0 for none.
+    """
+
+    top: float
+    smooth: bool
+    spacing: float
+
+    def colors_at_corners(self, ply: PlyView) -> NDArray[np.float64]:
+        """Return sRGB at each triangle's corners, shape (m, 3, 3)."""
+        from matplotlib import colormaps
+
+        at = np.repeat(ply.shear_deg[:, None], 3, axis=1)
+        if self.smooth:
+            vertices, n = ply.triangles.ravel(), len(ply.points)
+            total = np.bincount(vertices, at.ravel(), n)
+            at = (total / np.maximum(np.bincount(vertices, minlength=n), 1))[ply.triangles]
+        return colormaps["viridis"](at / self.top)[..., :3]
+
+
+def draw_ply(
+    run_folder: str | os.PathLike[str],
+    ply: str | None = None,
+    *,
+    frame: int = -1,
+    out: str | os.PathLike[str] | None = None,
+    view: tuple[float, float] = (32.0, -62.0),
+    max_deg: float | None = None,
+    yarns: bool = True,
+    smooth: bool = True,
+    tools: bool = False,
+) -> Path:
+    """Draw one ply, coloured by the size of its shear angle; return the file's path.
+
+    Args:
+        run_folder: the run folder, or a USD file like the one in it.
+        ply: name of the ply; the middle one of the stack when None.
+        frame: which frame; negative ones count from the end.
+        out: the PNG (or PDF) to write; ``NAME.png`` in the run folder when None.
+        view: elevation and azimuth of the eye [deg]. A ply that hangs down is turned over.
+        max_deg: shear angle at the end of the scale [deg]; from the data when None.
+        yarns: draw some of the yarns as lines.
+        smooth: colour by the mean round each vertex; else a flat colour per triangle.
+        tools: draw the tools, translucent.
+
+    Raises: InputError for a missing run, an unknown ply, or a frame out of range.
+    """
+    scene_path = find_scene(run_folder)
+    scene = read_scene(scene_path, [ply] if ply else None, frame)
+    middle = scene.plies[len(scene.plies) // 2]
+    out = scene_path.with_name(f"{middle.name}.png") if out is None else Path(out)
+    return _draw(scene, [middle], out, view, _paint([middle], max_deg, smooth, yarns), tools)
+
+
+def draw_stack(
+    run_folder: str | os.PathLike[str],
+    *,
+    frame: int = -1,
+    out: str | os.PathLike[str] | None = None,
+    view: tuple[float, float] = (32.0, -62.0),
+    max_deg: float | None = None,
+    yarns: bool = True,
+    smooth: bool = True,
+    tools: bool = False,
+) -> Path:
+    """Draw every ply of the stack beside the others on one scale; return the file's path.
+
+    Arguments and errors as `draw_ply`; ``out`` is ``stack.png`` in the run folder when None.
+    """
+    scene_path = find_scene(run_folder)
+    scene = read_scene(scene_path, None, frame)
+    out = scene_path.with_name("stack.png") if out is None else Path(out)
+    paint = _paint(scene.plies, max_deg, smooth, yarns)
+    return _draw(scene, scene.plies, out, view, paint, tools)
+
+
+def _draw(
+    scene: SceneView,
+    plies: list[PlyView],
+    out: Path,
+    view: tuple[float, float],
+    paint: _Paint,
+    tools: bool,
+) -> Path:
+    surfaces = scene.tools if tools else []
+    shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
+    width = int(0.84 * WIDTH / len(plies)) * _SAMPLES
+    camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
+    images = [_render(ply, surfaces, camera, paint) for ply in plies]
+    figure = _compose(images, plies, _note(scene, paint, camera), paint.top)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(out, dpi=_DPI, facecolor="white")
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"out = {out} cannot be written ({error}): give another place, ending in .png"
+        ) from error
+    return out
+
+
+def _paint(plies: list[PlyView], max_deg: float | None, smooth: bool, yarns: bool) -> _Paint:
+    if max_deg is None:
+        largest = max(float(p.shear_deg.max()) for p in plies)
+        max_deg = max(5.0 * float(np.ceil(largest / 5.0 - 1e-9)), 5.0)
+    return _Paint(
+        positive("max_deg", max_deg, unit="deg"), smooth, _line_spacing(plies[0]) if yarns else 0.0
+    )
+
+
+def _note(scene: SceneView, paint: _Paint, camera: Camera) -> str:
+    """Return the line under the picture: what is shown, and how."""
+    parts = [] if np.isnan(scene.time_s) else [f"t = {1e3 * scene.time_s:.1f} ms"]
+    if paint.spacing:
+        parts.append(f"lines follow the yarns, {1e3 * paint.spacing:g} mm apart on the blank")
+    if paint.smooth:
+        parts.append("colour averaged at the vertices")
+    if camera.axes[1, 2] < 0.0:
+        parts.append("turned over: z points down")
+    return " · ".join(parts)
+
+
+def _hangs_down(ply: PlyView) -> bool:
+    """Say whether the middle of the blank lies clearly below the rest of it."""
+    reach = np.linalg.norm(ply.rest - ply.rest.mean(axis=0), axis=1)
+    middle = ply.points[reach <= np.quantile(reach, 0.1), 2].mean()
+    return bool(np.median(ply.points[:, 2]) - middle > 0.02 * reach.max())
+
+
+def _line_spacing(ply: PlyView) -> float:
+    """Return a round length that puts some 25 lines across the blank [m]."""
+    across = float((ply.rest.max(axis=0) - ply.rest.min(axis=0)).max()) / 25.0
+    power = 10.0 ** np.floor(np.log10(across))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda s: abs(np.log(s * power / across))))
+
+
+def _render(
+    ply: PlyView, tools: list[Surface], camera: Camera, paint: _Paint
+) -> NDArray[np.float32]:
+    """Return the image of one ply, shape (height, width, 3), sRGB 0 … 1."""
+    width, height = camera.size
+    image = np.ones((width * height, 3), np.float32)
+    depth = np.full(width * height, np.inf)
+    seen = find_visible(camera.project(ply.points), ply.triangles, camera.size)
+    depth[seen.pixel] = seen.depth
+    colors = paint.colors_at_corners(ply)
+    normals = vertex_normals(ply.points, ply.triangles) @ camera.axes.T
+    along = [_on_blank(ply, directions) for directions in (ply.warp, ply.weft)]
+    for part in seen.parts():
+        corners = ply.triangles[part.triangle]
+        color = part.blend(colors[part.triangle])
+        if paint.spacing:
+            rest = part.blend(ply.rest[corners, :2]) - ply.rest[:, :2].mean(axis=0)
+            share = _line_share(rest, along, paint.spacing, 1.0 / camera.scale)
+            color = color + (share * _LINE_STRENGTH)[:, None] * (1.0 - color)
+        image[part.pixel] = color * _lit(part.blend(normals[corners]))[:, None]
+    for points, triangles in tools:
+        _lay_over(image, depth, points, triangles, camera)
+    blocks = np.clip(image, 0.0, 1.0).reshape(height, width, 3)[: height - height % _SAMPLES]
+    return blocks.reshape(-1, _SAMPLES, width // _SAMPLES, _SAMPLES, 3).mean(axis=(1, 3))
+
+
+def _lit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the brightness of a surface seen from either side; normals in the camera's axes."""
+    seen = normals / np.maximum(np.sqrt((normals**2).sum(axis=1)), 1e-300)[:, None]
+    seen *= np.where(seen[:, 2:] < 0.0, -1.0, 1.0)
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    half = light + np.array([0.0, 0.0, 1.0])
+    gloss = np.clip(seen @ (half / np.linalg.norm(half)), 0.0, 1.0) ** 24
+    return 0.56 + 0.5 * np.clip(seen @ light, 0.0, 1.0) + 0.1 * gloss
+
+
+def _line_share(
+    rest: NDArray[np.float64],
+    along: Sequence[NDArray[np.float64]],
+    spacing: float,
+    pixel: float,
+) -> NDArray[np.float64]:
+    """Return how much of each pixel a drawn yarn covers, 0 … 1.
+
+    Args:
+        rest: place on the blank, from its centre [m], shape (p, 2).
+        along: yarn directions on the blank, each of shape (2,).
+        spacing: of the lines [m].
+        pixel: width of a pixel [m].
+    """
+    share = np.zeros(len(rest))
+    for direction in along:
+        across = rest @ [-direction[1], direction[0]] / spacing
+        off = np.abs(across - np.round(across)) * spacing
+        share = np.maximum(share, np.clip((0.045 * spacing - off) / pixel + 0.5, 0.0, 1.0))
+    return share
+
+
+def _on_blank(ply: PlyView, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the direction on the flat blank whose images are ``directions``, shape (2,)."""
+    a, b, c = np.moveaxis(ply.triangles, 1, 0)
+    now = np.stack([ply.points[b] - ply.points[a], ply.points[c] - ply.points[a]], axis=2)
+    flat = np.stack([ply.rest[b] - ply.rest[a], ply.rest[c] - ply.rest[a]], axis=2)[:, :2]
+    back = np.einsum("mij,mjk,mk->mi", flat, np.linalg.pinv(now), directions)
+    mean = (back / np.linalg.norm(back, axis=1, keepdims=True)).mean(axis=0)
+    return mean / np.linalg.norm(mean)
+
+
+def _lay_over(
+    image: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    points: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    camera: Camera,
+) -> None:
+    """Tint ``image`` where a tool is in front of what is there."""
+    seen = find_visible(camera.project(points), triangles, camera.size)
+    corner = [points[triangles[:, k]] for k in range(3)]
+    normals = np.cross(corner[1] - corner[0], corner[2] - corner[0])
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    normals = normals @ camera.axes.T
+    grazing = 1.0 - np.abs(normals[:, 2])
+    front = seen.depth < depth[seen.pixel]
+    pixel, triangle = seen.pixel[front], seen.triangle[front]
+    alpha = (0.18 + 0.4 * grazing**2)[triangle, None]
+    grey = np.clip(_TOOL_GREY * _lit(normals)[:, None], 0.0, 1.0)[triangle]
+    image[pixel] = (1.0 - alpha) * image[pixel] + alpha * grey
+
+
+def _compose(
+    images: list[NDArray[np.float32]], plies: list[PlyView], note: str, top: float
+) -> Figure:
+    """Set the images side by side, with their captions and one colour bar."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    head, foot, pad = 118, 58, 20  # pixels
+    tall, wide = images[0].shape[:2]
+    height = head + tall + foot
+    figure = Figure(figsize=(WIDTH / _DPI, height / _DPI), dpi=_DPI)
+    FigureCanvasAgg(figure)
+    for i, (image, ply) in enumerate(zip(images, plies, strict=True)):
+        left = pad + i * wide
+        axes = figure.add_axes((left / WIDTH, foot / height, wide / WIDTH, tall / height))
+        axes.imshow(image, interpolation="none", aspect="auto")
+        axes.set_axis_off()
+        text = (left + pad) / WIDTH
+        figure.text(text, 1 - 30 / height, ply.name, size=13, weight="bold", color=_INK, va="top")
+        shear = _shear_text(ply, short=len(plies) > 1)
+        figure.text(text, 1 - 74 / height, shear, size=9.5, color=_FAINT, va="top")
+    figure.text(2 * pad / WIDTH, 22 / height, note, size=8.5, color=_FAINT)
+    long = min(0.7 * tall, 620) / height
+    middle = (foot + 0.5 * tall) / height
+    bar = figure.add_axes((0.915, middle - 0.5 * long, 0.016, long))
+    scale = figure.colorbar(ScalarMappable(Normalize(0.0, top), "viridis"), cax=bar)
+    scale.outline.set_visible(False)
+    scale.ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
+    scale.ax.yaxis.set_major_formatter("{x:.0f}°")
+    scale.ax.tick_params(length=0, labelsize=9, colors=_INK, pad=5)
+    scale.ax.set_title("shear angle", size=9, color=_INK, pad=12)
+    return figure
+
+
+def _shear_text(ply: PlyView, *, short: bool) -> str:
+    a, b, c = (ply.rest[ply.triangles[:, k]] for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    largest, most = ply.shear_deg.max(), area_percentile(ply.shear_deg, areas, 0.95)
+    if short:
+        return f"up to {largest:.1f}°, 95 % below {most:.1f}°"
+    return f"shear angle up to {largest:.1f}°, 95 % of the area below {most:.1f}°"

@@ -1,0 +1,151 @@
+"""What a run leaves in memory: the formed plies, the history, the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warpdrape.dynamics.model import Model, State
+from warpdrape.errors import one_of
+from warpdrape.results.usd import PlyFrame
+
+
+@dataclass(frozen=True, eq=False)
+class FormedPly:
+    """A ply at the end of a run (or its last good frame); per triangle but for the points.
+
+    Attributes:
+        name: the ply's name.
+        rest_points: the flat blank [m], shape [n, 3].
+        points: formed positions [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+        warp: unit warp directions, shape [m, 3].
+        weft: unit weft directions, shape [m, 3].
+        shear_angle: signed shear angle γ [rad], shape [m].
+        strain: warp and weft strain, as the pairs of triangles share them [-], shape [m, 2].
+        line_tension: of warp and weft [N per metre of initial width], shape [m, 2].
+    """
+
+    name: str
+    rest_points: np.ndarray
+    points: np.ndarray
+    triangles: np.ndarray
+    warp: np.ndarray
+    weft: np.ndarray
+    shear_angle: np.ndarray
+    strain: np.ndarray
+    line_tension: np.ndarray
+
+    @property
+    def shear_angle_deg(self) -> np.ndarray:
+        """Signed shear angle [deg], shape [m]."""
+        return np.degrees(self.shear_angle)
+
+    @property
+    def max_shear_deg(self) -> float:
+        """Largest shear angle either way [deg]."""
+        return float(np.abs(self.shear_angle_deg).max())
+
+    def frame(self) -> PlyFrame:
+        """What the animation shows of it."""
+        return PlyFrame(
+            self.points,
+            self.warp,
+            self.weft,
+            self.shear_angle_deg,
+            self.strain[:, 0],
+            self.strain[:, 1],
+            self.line_tension[:, 0],
+            self.line_tension[:, 1],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A finished run.
+
+    Attributes:
+        plies: the formed plies in stacking order.
+        summary: as in ``summary.json``.
+        history: column name → values over the frames, as in ``history.csv``.
+    """
+
+    plies: Sequence[FormedPly]
+    summary: Mapping[str, Any]
+    history: Mapping[str, np.ndarray]
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run went to its end."""
+        return self.summary["status"] == "completed"
+
+    def ply(self, name: str) -> FormedPly:
+        """Return the ply of that name."""
+        names = [ply.name for ply in self.plies]
+        return self.plies[names.index(one_of("ply", name, names))]
+
+
+def read_plies(
+    model: Model, state: State, strains: np.ndarray, tensions: np.ndarray
+) -> tuple[FormedPly, ...]:
+    """Copy the plies from the device.
+
+    Args:
+        model: the model.
+        state: its state.
+        strains: from `energy.measure_membranes`, shape [triangle, 2].
+        tensions: likewise [N/m].
+    """
+    x = state.x.numpy()
+    formed = []
+    for ply, membrane in zip(model.scene.plies, model.membranes, strict=True):
+        points = x[membrane.first_vertex : membrane.first_vertex + membrane.vertex_count].copy()
+        of_ply = slice(membrane.first_triangle, membrane.first_triangle + membrane.triangle_count)
+        triangles = np.asarray(ply.mesh.triangles)
+        gradients = membrane.gradients.numpy()
+        warp, weft, shear = yarn_state(points, triangles, gradients, ply.fabric.yarn_angle)
+        formed.append(
+            FormedPly(
+                ply.name,
+                ply.rest_points,
+                points,
+                triangles,
+                warp,
+                weft,
+                shear,
+                strains[of_ply].copy(),
+                tensions[of_ply].copy(),
+            )
+        )
+    return tuple(formed)
+
+
+def yarn_state(
+    points: np.ndarray, triangles: np.ndarray, gradients: np.ndarray, yarn_angle: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit yarn directions and shear angle [rad] of a formed ply.
+
+    Args:
+        points: formed positions [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+        gradients: of the yarn families, as in `Membrane` [1/m], shape [m, 4].
+        yarn_angle: from warp to weft in the flat ply [rad].
+    """
+    columns = np.ascontiguousarray(points.T)  # sums over rows of three are slow in numpy
+    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
+    ab, ac = b - a, c - a
+    d = gradients.T
+    k1, k2 = _unit(d[0] * ab + d[1] * ac), _unit(d[2] * ab + d[3] * ac)
+    angle = np.arccos(np.clip(_dot(k1, k2), -1.0, 1.0))
+    return np.ascontiguousarray(k1.T), np.ascontiguousarray(k2.T), yarn_angle - angle
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.sqrt(_dot(vectors, vectors))

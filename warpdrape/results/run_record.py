@@ -1,0 +1,116 @@
+"""The record of a run, ``run.json``: what is needed to understand it, and to do it again."""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from warpdrape.dynamics.model import Model
+from warpdrape.scene import Clamp, Scene
+
+
+def run_record(scene: Scene, model: Model, frames: int, threads: int) -> dict[str, Any]:
+    """Everything of ``run.json``: what is needed to do it again."""
+    fabrics, fabric_of = _fabrics(scene)
+    return {
+        "scene": scene.name,
+        "script": scene.script,
+        "parameters": dict(scene.parameters),
+        "duration_s": scene.duration,
+        "frames": frames,
+        "friction": scene.friction,
+        "ply_friction": scene.ply_friction,
+        "gravity_m_s2": [float(g) for g in scene.gravity],
+        "numerics": dataclasses.asdict(scene.numerics),
+        "time_step_s": model.timing.time_step,
+        "search_every": model.timing.search_every,
+        "device": model.device,
+        "threads": threads,
+        "versions": versions(),
+        "plies": [
+            {
+                "name": ply.name,
+                "fabric": fabric,
+                "warp_angle_deg": float(np.degrees(ply.warp_angle)),
+                "z_m": float(ply.z),
+                "vertices": len(ply.mesh.vertices),
+                "triangles": len(ply.mesh.triangles),
+            }
+            for ply, fabric in zip(scene.plies, fabric_of, strict=True)
+        ],
+        "fabrics": fabrics,
+        "tools": [
+            {
+                "name": tool.name,
+                "facets": len(tool.triangles),
+                "friction": scene.friction_of(tool),
+                "motion": plain(tool.motion),
+            }
+            for tool in scene.tools
+        ],
+        "clamps": [_clamp(scene, clamp) for clamp in scene.clamps],
+    }
+
+
+def _fabrics(scene: Scene) -> tuple[dict[str, Any], list[str]]:
+    """Fabrics by name, and each ply's; a second fabric of the same name gets a number."""
+    fabrics: dict[str, Any] = {}
+    names = []
+    for ply in scene.plies:
+        record, name, number = plain(ply.fabric), ply.fabric.name, 1
+        while fabrics.setdefault(name, record) != record:
+            number += 1
+            name = f"{ply.fabric.name} ({number})"
+        names.append(name)
+    return fabrics, names
+
+
+def _clamp(scene: Scene, clamp: Clamp) -> dict[str, Any]:
+    """A clamp: what it holds, and where that goes.
+
+    Functions of time cannot be written down: the record has what they give at the end.
+    """
+    ply = next(ply for ply in scene.plies if ply.name == clamp.ply)
+    held = ply.rest_points[clamp.vertices(ply.rest_points)]
+    end = np.array(scene.duration)
+    return {
+        "name": clamp.name,
+        "ply": clamp.ply,
+        "vertices": len(held),
+        "between_m": [held.min(axis=0).tolist(), held.max(axis=0).tolist()],
+        "motion": plain(clamp.motion),
+        "matrix_at_end": None if clamp.matrix is None else plain(clamp.matrix(end[None])[0]),
+        "travel_at_end_m": None if clamp.travel is None else float(clamp.travel(end)),
+        "follow": plain(np.asarray(clamp.follow, dtype=float)),
+    }
+
+
+def plain(value: Any) -> Any:
+    """Records as JSON takes them."""
+    if dataclasses.is_dataclass(value):
+        record = {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {"type": type(value).__name__, **record}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    return value
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"python": platform.python_version()}
+    for name in ("warpdrape", "warp-lang", "numpy", "scipy", "trimesh", "usd-core", "rustworkx"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # a checkout that is only on the path
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,314 @@
+"""The animation as USD: plies with yarn directions and shear per triangle, tools that move.
+
+Frame k is time code k and 24 frames play in a second, so a slow-motion film of the run; the
+simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Frames are saved as
+they come, those that come within half a second together, into ``.NAME.partial.usdc`` beside
+the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
+the frames saved so far (the library updates the file's index in place: only a kill or power cut
+inside the millisecond of a save can spoil it).
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Sdf, Tf, Usd
+
+from warpdrape.errors import InputError, RunFailed
+from warpdrape.results.run_folder import give_final_name, partial_path
+from warpdrape.results.usd_stage import (
+    TIME_PATH,
+    MeshPrim,
+    define_materials,
+    define_ply,
+    define_tool,
+    extent,
+    set_up_stage,
+    shear_color,
+    to_usd,
+)
+
+FRAMES_PER_SECOND = 24.0
+"""Frames that a viewer plays in a second, by default."""
+SAVE_EVERY = 0.5
+"""Least time between two saves [s]: each costs as much as several frames, and a run that is killed
+loses no more than the frames of that time."""
+_SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
+
+
+@dataclass(frozen=True)
+class PlyShape:
+    """A ply as it lies on the table.
+
+    Args:
+        name: the ply's name; made a valid USD identifier in the file.
+        rest_points: the flat blank [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+    """
+
+    name: str
+    rest_points: ArrayLike
+    triangles: ArrayLike
+
+
+@dataclass(frozen=True)
+class ToolShape:
+    """A rigid tool where it starts.
+
+    Args:
+        name: the tool's name; made a valid USD identifier in the file.
+        vertices: vertex positions at translation zero [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+    """
+
+    name: str
+    vertices: ArrayLike
+    triangles: ArrayLike
+
+
+@dataclass(frozen=True)
+class PlyFrame:
+    """One ply at one moment; all but ``points`` per triangle.
+
+    Args:
+        points: vertex positions [m], shape (n, 3).
+        warp: unit warp directions, shape (m, 3).
+        weft: unit weft directions, shape (m, 3).
+        shear_angle_deg: signed shear angle [deg], shape (m,).
+        warp_strain: strain of the warp yarns, shape (m,).
+        weft_strain: strain of the weft yarns, shape (m,).
+        warp_tension: [N per metre of width], shape (m,).
+        weft_tension: [N per metre of width], shape (m,).
+    """
+
+    points: ArrayLike
+    warp: ArrayLike
+    weft: ArrayLike
+    shear_angle_deg: ArrayLike
+    warp_strain: ArrayLike
+    weft_strain: ArrayLike
+    warp_tension: ArrayLike
+    weft_tension: ArrayLike
+
+
+class UsdWriter:
+    """Write the animation frame by frame; a context manager.
+
+    Args:
+        path: the final file, ``….usdc``; its folder exists and the file does not.
+        plies: the plies, in the order in which `write` gets their frames.
+        tools: the tools, in the order of `write`'s translations; may be empty.
+        frames_per_second: frames that a viewer plays in a second.
+
+    Raises: InputError when a name appears twice, a mesh is unusable, or a file is in the way.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        plies: Sequence[PlyShape],
+        tools: Sequence[ToolShape] = (),
+        *,
+        frames_per_second: float = FRAMES_PER_SECOND,
+    ) -> None:
+        self.path = Path(path)
+        self.partial_path = partial_path(self.path)
+        for taken in (self.path, self.partial_path):
+            if taken.exists():
+                raise InputError(f"path = {taken} exists already: remove it or choose another name")
+        self._meshes = [MeshPrim.check("ply", p.name, p.rest_points, p.triangles) for p in plies]
+        tool_meshes = [MeshPrim.check("tool", t.name, t.vertices, t.triangles) for t in tools]
+        for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
+            _refuse_duplicates(kind, meshes)
+        self._last = self._saved = -1
+        self._saved_at = time.monotonic()
+        self._spoilt = False
+        self._unsaved_bytes = 0
+        # Frames go into the layer itself: a stage over it would follow each of their values.
+        self._layer: Sdf.Layer | None = _create(self.partial_path)
+        stage = Usd.Stage.Open(self._layer)
+        set_up_stage(stage, frames_per_second)
+        cloth, metal = define_materials(stage)
+        self._plies = [define_ply(stage, mesh, cloth) for mesh in self._meshes]
+        self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
+        self._save()
+
+    def write(
+        self,
+        frame_index: int,
+        time_s: float,
+        ply_frames: Sequence[PlyFrame],
+        tool_translations: ArrayLike = (),
+    ) -> None:
+        """Add one frame, and save it unless it is soon after the last save.
+
+        All of it is added or, when a value is unusable, nothing.
+
+        Args:
+            frame_index: the time code; each one above the one before.
+            time_s: simulated time [s].
+            ply_frames: one per ply.
+            tool_translations: displacement of each tool since the start [m], shape (tool, 3).
+
+        Raises: ValueError naming ply and quantity when a value is not finite or a shape is wrong;
+            RunFailed when the disk refuses.
+        """
+        if self._layer is None:
+            raise ValueError(f"{self.path} is closed: no frame can be added")
+        if frame_index <= self._last:
+            raise ValueError(f"frame_index = {frame_index} must be above the last, {self._last}")
+        if len(ply_frames) != len(self._plies):
+            raise ValueError(f"{len(ply_frames)} ply frames for {len(self._plies)} plies")
+        frames = [_to_float32(m, f) for m, f in zip(self._meshes, ply_frames, strict=True)]
+        moves = np.asarray(tool_translations, np.float64)
+        if not self._tools:
+            moves = moves.reshape(-1, 3)
+        moves = _checked("tools", "translation", moves, (len(self._tools), 3))
+        if not np.isfinite(time_s):
+            raise ValueError(f"time_s = {time_s!r} of frame {frame_index} must be finite")
+        size = sum(v.nbytes for values in frames for v in values.values())
+        self._check_space(self._unsaved_bytes + size)
+        self._author(int(frame_index), float(time_s), frames, moves)
+        self._unsaved_bytes += size
+        if time.monotonic() - self._saved_at >= SAVE_EVERY:
+            self._save()
+
+    def _author(
+        self,
+        frame: int,
+        time_s: float,
+        ply_values: Sequence[dict[str, NDArray[np.float32]]],
+        moves: NDArray[np.float64],
+    ) -> None:
+        with Sdf.ChangeBlock():
+            for attributes, values in zip(self._plies, ply_values, strict=True):
+                for name, path in attributes.items():
+                    self._layer.SetTimeSample(path, frame, to_usd(values[name]))
+            for path, move in zip(self._tools, moves, strict=True):
+                self._layer.SetTimeSample(path, frame, Gf.Vec3d(*map(float, move)))
+            self._layer.SetTimeSample(TIME_PATH, frame, time_s)
+            if self._last < 0:
+                self._layer.startTimeCode = frame
+            self._layer.endTimeCode = frame
+        self._last = frame
+
+    def save(self) -> None:
+        """Save the frames that are not yet on the disk.
+
+        Raises: RunFailed when the disk refuses.
+        """
+        if self._saved < self._last and not self._spoilt:
+            self._save()
+
+    def close(self) -> None:
+        """Give the file its final name; without a frame, or after a failed save, leave none.
+
+        Raises: RunFailed when the disk refuses the frames not saved yet.
+        """
+        if self._layer is None:
+            return
+        try:
+            self.save()
+        finally:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        self._layer = None  # the library lets go of the file, as Windows wants before a rename
+        if self._last < 0 or self._spoilt:
+            self.partial_path.unlink(missing_ok=True)
+            return
+        give_final_name(self.partial_path, self.path)
+        stale = Sdf.Layer.Find(str(self.path))
+        if stale:  # someone in this process still looks at an older file of this name
+            stale.Reload(True)
+
+    def __enter__(self) -> UsdWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _save(self) -> None:
+        try:
+            self._layer.Save()
+            self._saved, self._saved_at, self._unsaved_bytes = self._last, time.monotonic(), 0
+        except Tf.ErrorException as error:
+            self._spoilt = True
+            raise RunFailed(
+                f"{self.partial_path} could not be saved at frame {self._last} and is lost: "
+                "is the disk full, or the folder gone? Free some space or write elsewhere"
+            ) from error
+
+    def _check_space(self, size: int) -> None:
+        """Stop before a save that would not fit, because it would spoil the frames before it."""
+        try:
+            free = shutil.disk_usage(self.path.parent).free
+        except OSError as error:
+            raise RunFailed(
+                f"{self.path.parent} cannot take the next frame: the folder is gone; run again "
+                "and leave it in place"
+            ) from error
+        if free < 2 * size + _SPARE_BYTES:
+            raise RunFailed(
+                f"{self.path.parent} has {free / 1e6:.0f} MB left, too little for the next frame: "
+                f"free some space or write elsewhere; the frames up to {self._last} are kept"
+            )
+
+
+def _create(path: Path) -> Sdf.Layer:
+    try:
+        return Sdf.Layer.CreateNew(str(path))
+    except Tf.ErrorException as error:
+        raise InputError(
+            f"path = {path} cannot be created: give a folder in which you may write, and a name "
+            "that ends in .usdc"
+        ) from error
+
+
+def _refuse_duplicates(kind: str, meshes: Sequence[MeshPrim]) -> None:
+    seen: dict[str, str] = {}
+    for mesh in meshes:
+        if mesh.prim_name in seen:
+            raise InputError(
+                f"{mesh.label} and {seen[mesh.prim_name]} would both be {mesh.prim_name!r} in the "
+                f"USD file: give each {kind} its own name"
+            )
+        seen[mesh.prim_name] = mesh.label
+
+
+def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray:
+    values = np.asarray(values)
+    if values.shape != shape:
+        raise ValueError(f"{label}: {quantity} has shape {values.shape}, must be {shape}")
+    finite = np.isfinite(values)
+    if not finite.all():
+        bad = ~finite
+        first = int(np.argwhere(bad)[0, 0])
+        raise ValueError(
+            f"{label}: {quantity} has {int(bad.sum())} non-finite values, the first at {first}; "
+            "the frame was not written"
+        )
+    return values
+
+
+def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32]]:
+    """Return the frame's values by field name, checked, with colour and extent added."""
+    n, m = len(mesh.points), len(mesh.triangles)
+    shapes = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
+    with np.errstate(over="ignore"):  # an overflow becomes infinite and is refused below
+        values = {
+            f.name: np.asarray(getattr(frame, f.name), np.float64).astype(np.float32)
+            for f in fields(PlyFrame)
+        }
+    for name, value in values.items():
+        _checked(mesh.label, name, value, shapes.get(name, (m,)))
+    values["color"] = shear_color(values["shear_angle_deg"])
+    values["extent"] = extent(values["points"])
+    return values

@@ -1,0 +1,133 @@
+"""Read a scene's plies and tools at one frame, from nothing but the run folder's USD file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Tf, Usd, UsdGeom
+
+from warpdrape.errors import InputError, one_of
+from warpdrape.results.run_folder import SCENE, partial_path
+from warpdrape.results.usd_stage import TIME_ATTRIBUTE
+
+
+@dataclass(frozen=True)
+class PlyView:
+    """One ply at one frame, over n vertices and m triangles.
+
+    Args:
+        name: its name in the file.
+        points: vertex positions [m], shape (n, 3).
+        rest: the flat blank [m], shape (n, 3).
+        triangles: vertex numbers, shape (m, 3).
+        warp: unit warp directions, shape (m, 3).
+        weft: unit weft directions, shape (m, 3).
+        shear_deg: size of the shear angle [deg], shape (m,).
+    """
+
+    name: str
+    points: NDArray[np.float64]
+    rest: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    warp: NDArray[np.float64]
+    weft: NDArray[np.float64]
+    shear_deg: NDArray[np.float64]
+
+
+Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices [m] and triangles of a tool."""
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """What is there at one frame; ``time_s`` is the simulated time [s], NaN if not recorded."""
+
+    time_s: float
+    plies: list[PlyView]
+    tools: list[Surface]
+
+
+def find_scene(run_folder: str | os.PathLike[str]) -> Path:
+    """Return the USD file of a run folder, or the USD file itself; raise `InputError` if none."""
+    path = Path(run_folder)
+    if path.is_file() and path.suffix in (".usdc", ".usda", ".usd"):
+        return path
+    if not path.is_dir():
+        raise InputError(f"run folder {path} does not exist: give the folder of a finished run")
+    scene = path / SCENE
+    if not scene.is_file():
+        partial = partial_path(scene)
+        remedy = (
+            f"the run still goes on or was cut off; if it was, draw {partial}"
+            if partial.is_file()
+            else "give the folder of a finished run"
+        )
+        raise InputError(f"run folder {path} holds no {SCENE}: {remedy}")
+    return scene
+
+
+def read_scene(path: Path, names: Sequence[str] | None, frame: int) -> SceneView:
+    """Return the named plies (all when None) and all tools at one frame.
+
+    Args:
+        path: the USD file.
+        names: names of plies.
+        frame: which frame; negative ones count from the end.
+
+    Raises: InputError for an unreadable file, an unknown ply, or a frame out of range.
+    """
+    try:
+        stage = Usd.Stage.Open(str(path))
+    except Tf.ErrorException as error:
+        raise InputError(f"{path} is not a readable USD file: run the scene again") from error
+    root = stage.GetPrimAtPath("/World/plies")
+    prims = {p.GetName(): p for p in root.GetChildren()} if root else {}
+    if not prims:
+        raise InputError(f"{path} holds no plies under /World/plies: give a run of warpdrape")
+    for name in names or ():
+        one_of("ply", name, prims)
+    times = UsdGeom.Mesh(next(iter(prims.values()))).GetPointsAttr().GetTimeSamples()
+    if not -len(times) <= frame < len(times):
+        raise InputError(
+            f"frame = {frame} is out of range: {path} has frames 0 to {len(times) - 1}"
+            if times
+            else f"{path} has no frames: the run stopped before the first"
+        )
+    time = Usd.TimeCode(times[frame])
+    recorded = stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
+    tools = stage.GetPrimAtPath("/World/tools")
+    return SceneView(
+        time_s=float(recorded.Get(time)) if recorded else float("nan"),
+        plies=[_read_ply(prims[name], time) for name in names or prims],
+        tools=[_read_tool(prim, time) for prim in (tools.GetChildren() if tools else ())],
+    )
+
+
+def _read_ply(prim: Usd.Prim, time: Usd.TimeCode) -> PlyView:
+    mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
+
+    def values(name: str) -> NDArray[np.float64]:
+        return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
+
+    return PlyView(
+        name=prim.GetName(),
+        points=np.array(mesh.GetPointsAttr().Get(time), np.float64),
+        rest=values("restPoints"),
+        triangles=np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3),
+        warp=values("warp"),
+        weft=values("weft"),
+        shear_deg=np.abs(values("shearAngle")),
+    )
+
+
+def _read_tool(prim: Usd.Prim, time: Usd.TimeCode) -> Surface:
+    mesh = UsdGeom.Mesh(prim)
+    points = np.array(mesh.GetPointsAttr().Get(time), np.float64)
+    matrix = np.array(mesh.ComputeLocalToWorldTransform(time), np.float64)
+    triangles = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3)
+    return points @ matrix[:3, :3] + matrix[3, :3], triangles

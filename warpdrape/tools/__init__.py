@@ -1,0 +1,1 @@
+"""Rigid tools: their surfaces and how they move."""

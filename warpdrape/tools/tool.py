@@ -1,0 +1,290 @@
+"""Rigid tools: their surfaces, how they move, how they rub."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import trimesh
+
+from warpdrape.errors import InputError, finite, positive
+from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
+from warpdrape.tools.tool_mesh import read_surface
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tool:
+    """A rigid surface that meets the plies.
+
+    Attributes:
+        name: how results call it.
+        surface: facets and normals, where the tool stands at the start [m].
+        motion: still, along a stroke or path, or floating under a force.
+        friction: Coulomb coefficient against the plies [-]; None takes the scene's.
+    """
+
+    name: str
+    surface: Surface
+    motion: Motion = field(default_factory=Still)
+    friction: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.isidentifier():
+            raise InputError(
+                f"tool name = {self.name!r} must be a plain identifier, such as 'punch'"
+            )
+        if not isinstance(self.motion, Still | Stroke | Path | Float):
+            raise InputError(f"tool {self.name!r}: motion = {self.motion!r} is not a motion")
+        if self.friction is not None:
+            positive(f"tool {self.name!r}: friction", self.friction, zero=True)
+        mesh = self.surface.mesh
+        if len(mesh.faces) == 0:
+            raise InputError(f"tool {self.name!r}: its mesh has no facets: give it a surface")
+        if not np.isfinite(mesh.vertices).all():
+            raise InputError(
+                f"tool {self.name!r}: its mesh holds NaN or infinite vertices: repair it"
+            )
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """Vertices at the start [m], shape [n, 3]."""
+        return np.asarray(self.surface.mesh.vertices)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """Facets, shape [m, 3]."""
+        return np.asarray(self.surface.mesh.faces)
+
+    def moved(self, offset: Sequence[float]) -> Tool:
+        """Return the tool standing elsewhere.
+
+        Args:
+            offset: translation [m], shape [3].
+        """
+        mesh = self.surface.mesh.copy()
+        mesh.apply_translation(vector("offset", offset))
+        return replace(self, surface=replace(self.surface, mesh=mesh))
+
+    def turned(self, axis: Sequence[float], angle: float) -> Tool:
+        """Return the tool turned about the origin.
+
+        Args:
+            axis: direction of the axis, shape [3].
+            angle: angle [rad].
+        """
+        matrix = trimesh.transformations.rotation_matrix(angle, vector("axis", axis))
+        mesh = self.surface.mesh.copy()
+        mesh.apply_transform(matrix)
+        normals = self.surface.normals @ matrix[:3, :3].T
+        return replace(self, surface=replace(self.surface, mesh=mesh, normals=normals))
+
+    @classmethod
+    def from_mesh(
+        cls,
+        name: str,
+        source: str | os.PathLike | trimesh.Trimesh,
+        *,
+        scale: float = 1.0,
+        **options,
+    ) -> Tool:
+        """Make a tool from a mesh file or a trimesh; its facets' outside meets the plies.
+
+        Args:
+            name: how results call it.
+            source: file that trimesh reads, or a mesh.
+            scale: metres per unit of the file (1e-3 for millimetres).
+            options: motion, friction.
+
+        Raises:
+            InputError: if the file is missing, unreadable, empty or holds NaN.
+        """
+        return cls(name=name, surface=read_surface(name, source, scale), **options)
+
+    @classmethod
+    def punch(
+        cls,
+        name: str = "punch",
+        *,
+        radius: float,
+        height: float | None = None,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
+        """Hemisphere on a cylinder, pole at the origin, pointing down.
+
+        Args:
+            name: how results call it.
+            radius: of the hemisphere and the cylinder [m].
+            height: from pole to top [m]; 1.5 radii if None.
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        positive("punch radius", radius, unit="m")
+        top = 1.5 * radius if height is None else positive("punch height", height, unit="m")
+        if top <= radius:
+            raise InputError(f"punch height = {top} m must exceed its radius {radius} m")
+        pieces = [
+            Line((radius, top), (radius, radius)),
+            Arc((0.0, radius), radius, 0.0, -math.pi / 2),
+        ]
+        return cls(name=name, surface=revolve(pieces, facet), **options)
+
+    @classmethod
+    def die(
+        cls,
+        name: str = "die",
+        *,
+        hole_radius: float,
+        edge_radius: float,
+        outer_radius: float,
+        depth: float = 0.03,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
+        """Flat ring facing up at z = 0, its hole's edge rounded.
+
+        Args:
+            name: how results call it.
+            hole_radius: of the hole [m].
+            edge_radius: of the rounding between flat and hole [m].
+            outer_radius: of the ring [m].
+            depth: of the hole's wall below the flat [m].
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        hole, edge, outer = _ring("die", hole_radius, edge_radius, outer_radius)
+        bottom = -max(positive("die depth", depth, unit="m"), 1.1 * edge)
+        pieces = [
+            Line((hole, bottom), (hole, -edge)),
+            Arc((hole + edge, -edge), edge, math.pi, math.pi / 2),
+            Line((hole + edge, 0.0), (outer, 0.0)),
+        ]
+        return cls(name=name, surface=revolve(pieces, facet), **options)
+
+    @classmethod
+    def blank_holder(
+        cls,
+        name: str = "holder",
+        *,
+        hole_radius: float,
+        outer_radius: float,
+        edge_radius: float = 2e-3,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
+        """Flat ring facing down at z = 0, its hole's edge rounded.
+
+        Args:
+            name: how results call it.
+            hole_radius: of the hole [m].
+            outer_radius: of the ring [m].
+            edge_radius: of the rounding between flat and hole [m].
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
+        pieces = [
+            Line((outer, 0.0), (hole + edge, 0.0)),
+            Arc((hole + edge, edge), edge, -math.pi / 2, -math.pi),
+            Line((hole, edge), (hole, 5.0 * edge)),
+        ]
+        return cls(name=name, surface=revolve(pieces, facet), **options)
+
+    @classmethod
+    def table(
+        cls,
+        name: str = "table",
+        *,
+        radius: float,
+        edge_radius: float = 5e-3,
+        depth: float = 0.05,
+        facet: float = 5e-3,
+        **options,
+    ) -> Tool:
+        """Round table facing up at z = 0, its rim rounded.
+
+        Args:
+            name: how results call it.
+            radius: of the table [m].
+            edge_radius: of the rounding of its rim [m].
+            depth: of its side below the top [m].
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        positive("table radius", radius, unit="m")
+        positive("edge_radius", edge_radius, unit="m")
+        if edge_radius >= radius:
+            raise InputError(f"edge_radius = {edge_radius} m must be below the table's {radius} m")
+        flat, bottom = radius - edge_radius, -max(depth, 1.1 * edge_radius)
+        pieces = [
+            Line((0.0, 0.0), (flat, 0.0)),
+            Arc((flat, -edge_radius), edge_radius, math.pi / 2, 0.0),
+            Line((radius, -edge_radius), (radius, bottom)),
+        ]
+        return cls(name=name, surface=revolve(pieces, facet), **options)
+
+    @classmethod
+    def sphere(cls, name: str = "sphere", *, radius: float, facet: float = 5e-3, **options) -> Tool:
+        """Upper three quarters of a sphere, its pole at the origin, pointing up."""
+        positive("sphere radius", radius, unit="m")
+        pieces = [Arc((0.0, -radius), radius, math.pi / 2, -math.pi / 4)]
+        return cls(name=name, surface=revolve(pieces, facet), **options)
+
+    @classmethod
+    def plate(
+        cls,
+        name: str = "plate",
+        *,
+        width: float,
+        height: float,
+        facing: str = "up",
+        facet: float = 0.05,
+        **options,
+    ) -> Tool:
+        """Flat plate at z = 0, centred at the origin.
+
+        Args:
+            name: how results call it.
+            width: along x [m].
+            height: along y [m].
+            facing: "up" or "down".
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        positive("plate width", width, unit="m")
+        if facing not in ("up", "down"):
+            raise InputError(f"plate facing = {facing!r} must be 'up' or 'down'")
+        side = 0.5 * width if facing == "up" else -0.5 * width
+        surface = extrude([Line((-side, 0.0), (side, 0.0))], height, facet)
+        return cls(name=name, surface=surface, **options)
+
+    @classmethod
+    def drum(
+        cls, name: str = "drum", *, radius: float, length: float, facet: float = 5e-3, **options
+    ) -> Tool:
+        """Cylinder about the y axis, centred at the origin.
+
+        Args:
+            name: how results call it.
+            radius: of the cylinder [m].
+            length: along y [m].
+            facet: facet size [m].
+            options: motion, friction.
+        """
+        positive("drum radius", radius, unit="m")
+        surface = extrude([Arc((0.0, 0.0), radius, math.pi, -math.pi)], length, facet)
+        return cls(name=name, surface=surface, **options)
+
+
+def _ring(kind: str, hole: float, edge: float, outer: float) -> tuple[float, float, float]:
+    positive(f"{kind} hole_radius", hole, unit="m")
+    positive(f"{kind} edge_radius", edge, unit="m")
+    if finite(f"{kind} outer_radius", outer) <= hole + edge:
+        raise InputError(
+            f"{kind} outer_radius = {outer} m must exceed hole and edge radius, {hole + edge} m"
+        )
+    return hole, edge, outer

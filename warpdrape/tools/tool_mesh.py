@@ -1,0 +1,69 @@
+"""Tools from mesh files: their surfaces, and normals estimated where none are known."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+import trimesh
+
+from warpdrape.errors import InputError, positive
+from warpdrape.tools.profile import Surface
+
+CREASE = math.radians(35.0)
+"""Facets of an imported mesh that meet at a sharper angle [rad] keep a sharp edge."""
+
+
+def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: float) -> Surface:
+    """Read a tool's surface.
+
+    Args:
+        name: of the tool, for errors.
+        source: file that trimesh reads, or a mesh.
+        scale: metres per unit of the file.
+
+    Raises:
+        InputError: if the file is missing, unreadable, empty or holds NaN.
+    """
+    positive("scale", scale)
+    mesh = source if isinstance(source, trimesh.Trimesh) else _read_mesh(name, source)
+    if len(mesh.faces) == 0:
+        raise InputError(f"tool {name!r}: its mesh has no facets: give it a surface")
+    if not np.isfinite(mesh.vertices).all():
+        raise InputError(f"tool {name!r}: its mesh holds NaN or infinite vertices: repair it")
+    mesh = trimesh.Trimesh(mesh.vertices * scale, mesh.faces, process=False)
+    mesh.merge_vertices()
+    mesh.update_faces(mesh.nondegenerate_faces())
+    if len(mesh.faces) == 0:
+        raise InputError(f"tool {name!r}: all facets of its mesh have zero area")
+    return Surface(mesh, creased_normals(mesh), exact=False)
+
+
+def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
+    if not os.path.isfile(source):
+        raise InputError(f"tool {name!r}: no mesh file {os.fspath(source)!r}")
+    try:
+        return trimesh.load(source, force="mesh", process=False)
+    except Exception as error:  # trimesh raises whatever its readers raise
+        raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {error}") from None
+
+
+def creased_normals(mesh: trimesh.Trimesh) -> np.ndarray:
+    """Corner normals [-] averaged over the facets round a vertex, but not over sharp edges.
+
+    Returns:
+        shape [facet, 3, 3].
+    """
+    smooth = mesh.face_adjacency_angles < CREASE
+    groups = trimesh.graph.connected_component_labels(
+        mesh.face_adjacency[smooth], node_count=len(mesh.faces)
+    )
+    key = groups[:, None] * len(mesh.vertices) + mesh.faces
+    _, index = np.unique(key, return_inverse=True)
+    index = index.reshape(mesh.faces.shape)
+    total = np.zeros((index.max() + 1, 3))
+    weighted = mesh.face_normals[:, None, :] * mesh.face_angles[:, :, None]
+    np.add.at(total, index, weighted)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return (total / np.where(length > 0.0, length, 1.0))[index]
