@@ -14,7 +14,8 @@ from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.scene import Clamp, Scene
+from warpdrape.scene import Scene
+from warpdrape.setup import Clamp
 from warpdrape.tools.motion import Float, Path, Stroke
 from warpdrape.tools.tool import Tool
 

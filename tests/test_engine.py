@@ -14,8 +14,9 @@ from warpdrape.dynamics.timing import SLOWEST_TOOL
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.scene import Clamp, Scene
+from warpdrape.scene import Scene
 from warpdrape.scenes import hemisphere, press
+from warpdrape.setup import Clamp
 from warpdrape.tools.motion import Stroke
 from warpdrape.tools.profile import Surface
 from warpdrape.tools.tool import Tool

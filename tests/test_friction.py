@@ -11,7 +11,8 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
-from warpdrape.scene import Clamp, Scene
+from warpdrape.scene import Scene
+from warpdrape.setup import Clamp
 from warpdrape.tools.motion import Path
 from warpdrape.tools.tool import Tool
 

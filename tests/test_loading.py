@@ -16,8 +16,9 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.timing import Timing, frame_times
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
+from warpdrape.numerics import Numerics
 from warpdrape.results.summary_text import summary_text
-from warpdrape.scene import Numerics, Scene
+from warpdrape.scene import Scene
 from warpdrape.scenes import biaxial_tension, circular_table, hemisphere, picture_frame
 
 TIMING = Timing(

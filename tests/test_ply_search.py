@@ -14,7 +14,7 @@ from warpdrape.dynamics import launches, stepping
 from warpdrape.dynamics.model import ASK_EVERY, build_model, initial_state, near_reach
 from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.timing import peak_speed
-from warpdrape.scene import Numerics
+from warpdrape.numerics import Numerics
 from warpdrape.scenes import three_ply_hemisphere
 
 THICKNESS = 6e-4

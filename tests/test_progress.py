@@ -3,7 +3,7 @@ import os
 
 import pytest
 
-from warpdrape.commands.progress import Progress
+from warpdrape.results.progress import Progress
 
 
 class Clock:

@@ -19,7 +19,8 @@ from warpdrape.dynamics.stepping import Stepper
 from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, NoShear, ShearPolynomial
-from warpdrape.scene import Numerics, Scene
+from warpdrape.numerics import Numerics
+from warpdrape.scene import Scene
 from warpdrape.scenes import hemisphere
 
 SHARES = np.linspace(0.0, 1.0, 4001)

@@ -15,8 +15,8 @@ from warpdrape.materials.law_data import tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.materials.softening import STRAIN_WARNING, soften
 from warpdrape.results.summary import ENERGY_WARNING
-from warpdrape.scene import Clamp
 from warpdrape.scenes import hemisphere
+from warpdrape.setup import Clamp
 
 INTERLOCK = ShearPolynomial((0.37044e-3, -0.84105e-3, 1.03113e-3))
 LAWS = {

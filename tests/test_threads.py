@@ -15,7 +15,8 @@ from warpdrape.dynamics.crew import Crew, choose_threads
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.partition import LARGEST, MOST_RUNS, split
 from warpdrape.errors import InputError
-from warpdrape.scene import Numerics, Scene
+from warpdrape.numerics import Numerics
+from warpdrape.scene import Scene
 
 
 class Always:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
     from warpdrape.results.result import Result
-    from warpdrape.scene import Clamp, Scene
+    from warpdrape.scene import Scene
+    from warpdrape.setup import Clamp
     from warpdrape.tools.motion import Float, Path, Still, Stroke
     from warpdrape.tools.tool import Tool
 
@@ -40,7 +41,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Clamp": "scene",
+    "Clamp": "setup",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",
     "InputError": "errors",

@@ -1,145 +1,21 @@
-"""A scene: plies, tools, clamps, and what happens to them."""
+"""A scene that runs: a setup, and the one call that computes it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from warpdrape.blanks.ply import Ply
-from warpdrape.errors import InputError, one_of, positive
-from warpdrape.numerics import Numerics
-from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
-from warpdrape.tools.tool import Tool
+from warpdrape.setup import Setup
 
 if TYPE_CHECKING:
     from warpdrape.results.result import Result
-    from warpdrape.results.run_folder import RunFolder
-
-LARGEST_PLY = 50.0
-"""Width beyond which a ply must have been given in millimetres [m]."""
-LONGEST_WAY = 20.0
-"""Way of a tool over the plies' width beyond which it must have been [-]."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Clamp:
-    """Vertices of a ply that are held, or led along a prescribed motion.
+class Scene(Setup):
+    """Plies, tools, clamps and numerics as in `Setup`, and `run`.
 
-    Attributes:
-        name: how results call it.
-        ply: name of the ply.
-        where: vertex indices, or a function of the flat points [m] (shape [n, 3]) to a mask.
-        motion: translation of the clamp; still by default.
-        matrix: function of times [s] to 3×3 matrices that act on the flat points; identity if None.
-        follow: direction along which the clamp's force and displacement are reported, shape [3].
-        travel: function of times [s] to a coordinate δ [m] of the clamp; given it, δ and the force
-            dW/dδ by the clamp's work W are reported in their place.
+    The solver reads a `Setup` and knows no `Scene`, so that imports make no circle.
     """
-
-    name: str
-    ply: str
-    where: Callable[[np.ndarray], np.ndarray] | Sequence[int]
-    motion: Motion = field(default_factory=Still)
-    matrix: Callable[[np.ndarray], np.ndarray] | None = None
-    follow: Sequence[float] = (0.0, 0.0, 1.0)
-    travel: Callable[[np.ndarray], np.ndarray] | None = None
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"clamp name = {self.name!r} must be a plain identifier")
-        if isinstance(self.motion, Float) or not isinstance(self.motion, Still | Stroke | Path):
-            raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
-        vector(f"clamp {self.name!r}: follow", self.follow)
-
-    def vertices(self, points: np.ndarray) -> np.ndarray:
-        """Indices of the held vertices among flat points [m], shape [n, 3]."""
-        chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
-        if chosen.dtype == bool and chosen.shape != (len(points),):
-            raise InputError(
-                f"clamp {self.name!r}: its mask has shape {chosen.shape}, not "
-                f"({len(points)},), one for each vertex of ply {self.ply!r}"
-            )
-        index = np.flatnonzero(chosen) if chosen.dtype == bool else chosen.astype(int)
-        if index.size == 0:
-            raise InputError(f"clamp {self.name!r} holds no vertex of ply {self.ply!r}")
-        if index.min() < 0 or index.max() >= len(points):
-            odd = index[(index < 0) | (index >= len(points))][0]
-            raise InputError(
-                f"clamp {self.name!r}: ply {self.ply!r} has no vertex {odd}, "
-                f"only 0..{len(points) - 1}"
-            )
-        return index
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Scene:
-    """Everything that happens in a run.
-
-    Attributes:
-        name: of the scene.
-        plies: from the bottom up; this order is kept.
-        tools: rigid tools.
-        clamps: held or led vertices.
-        duration: simulated time [s].
-        friction: Coulomb coefficient between plies and tools that name none [-].
-        ply_friction: Coulomb coefficient between plies [-].
-        gravity: acceleration [m/s²], shape [3].
-        numerics: how it is computed.
-        parameters: what the scene script was called with, for ``run.json``.
-        script: path of the script that built it, likewise; empty for a bundled scene or none.
-        report: function of the finished result to further entries of ``summary.json``.
-        write: function of the finished result and its run folder that adds files to it.
-    """
-
-    name: str
-    plies: Sequence[Ply]
-    duration: float
-    tools: Sequence[Tool] = ()
-    clamps: Sequence[Clamp] = ()
-    friction: float = 0.2
-    ply_friction: float = 0.3
-    gravity: Sequence[float] = (0.0, 0.0, -9.81)
-    numerics: Numerics = field(default_factory=Numerics)
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    script: str = ""
-    report: Callable[[Result], Mapping[str, Any]] | None = None
-    write: Callable[[Result, RunFolder], None] | None = None
-
-    def __post_init__(self) -> None:
-        for name, kind in (("plies", Ply), ("tools", Tool), ("clamps", Clamp)):
-            object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
-        if not self.plies:
-            raise InputError("a scene needs at least one ply")
-        positive("duration", self.duration, unit="s")
-        positive("friction", self.friction, zero=True)
-        positive("ply_friction", self.ply_friction, zero=True)
-        vector("gravity", self.gravity)
-        if not isinstance(self.numerics, Numerics):
-            raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
-        for kind, things in (("ply", self.plies), ("tool or clamp", self.tools + self.clamps)):
-            names = [thing.name for thing in things]
-            for name in names:
-                if names.count(name) > 1:
-                    raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
-        _refuse_millimetres(self.plies, self.tools)
-        for clamp in self.clamps:
-            one_of("ply", clamp.ply, [ply.name for ply in self.plies])
-        for low, high in zip(self.plies, self.plies[1:], strict=False):
-            need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
-            if high.z - low.z < need * (1.0 - 1e-9):
-                raise InputError(
-                    f"plies {low.name!r} and {high.name!r} overlap at the start: "
-                    f"{high.z - low.z:.4g} m apart, {need:.4g} m needed; lay them up with "
-                    "warpdrape.lay_up"
-                )
-
-    def friction_of(self, tool: Tool) -> float:
-        """Coulomb coefficient of a tool against the plies [-]."""
-        return self.friction if tool.friction is None else tool.friction
 
     def run(
         self,
@@ -171,7 +47,7 @@ class Scene:
         Raises:
             InputError: unusable input, before any compute.
         """
-        from warpdrape.simulation import run_scene
+        from warpdrape.simulation import run_scene  # when needed: help and checks start sooner
 
         return run_scene(
             self,
@@ -183,34 +59,3 @@ class Scene:
             profile=profile,
             threads=threads,
         )
-
-
-def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:
-    """Return a sequence as a tuple; raise `InputError` where an entry is of another type."""
-    if not isinstance(things, Sequence) or isinstance(things, str):
-        raise InputError(f"{name} = {things!r} must be a list of {kind.__name__}")
-    for number, thing in enumerate(things):
-        if not isinstance(thing, kind):
-            raise InputError(f"{name}[{number}] = {thing!r} is not a {kind.__name__}")
-    return tuple(things)
-
-
-def _refuse_millimetres(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
-    """Raise `InputError` for a ply or a way of a tool so long that it must be in millimetres."""
-    sizes = [float(np.ptp(np.asarray(ply.mesh.vertices), axis=0).max()) for ply in plies]
-    for ply, size in zip(plies, sizes, strict=True):
-        if size > LARGEST_PLY:
-            raise InputError(
-                f"ply {ply.name!r} is {size:.4g} m across, more than "
-                f"{LARGEST_PLY:g} m: give metres, as in 300 * mm"
-            )
-    for tool in tools:
-        if isinstance(tool.motion, Stroke | Path):
-            motion = tool.motion
-            ways = motion.travel if isinstance(motion, Stroke) else motion.positions
-            way = float(np.linalg.norm(np.atleast_2d(ways), axis=1).max())
-            if way > LONGEST_WAY * max(sizes):
-                raise InputError(
-                    f"tool {tool.name!r} travels {way:.4g} m, more than {LONGEST_WAY:g} times the "
-                    f"plies' {max(sizes):.4g} m: give metres, as in 75 * mm"
-                )

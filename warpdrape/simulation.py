@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.commands.progress import Progress
 from warpdrape.dynamics.crew import choose_threads
 from warpdrape.dynamics.energy import Energies, balance, kinetic_energy, measure_membranes
 from warpdrape.dynamics.loading import Loading
@@ -26,17 +25,18 @@ from warpdrape.dynamics.start_check import (
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.history import history_row
+from warpdrape.results.progress import Progress
 from warpdrape.results.result import FormedPly, Result, read_plies
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
 from warpdrape.results.summary import ENERGY_FAILURE, ContactExtremes, summarise
 from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 from warpdrape.warp_start import check_device
 
 
 def run_scene(
-    scene: Scene,
+    scene: Setup,
     out: str | os.PathLike | None,
     *,
     device: str,
@@ -46,7 +46,7 @@ def run_scene(
     profile: bool,
     threads: int | None,
 ) -> Result:
-    """Compute a scene; see `Scene.run`."""
+    """Compute a scene; see `Setup.run`."""
     if isinstance(frames, bool) or not isinstance(frames, int) or frames < 1:
         raise InputError(f"frames = {frames!r} must be a whole number above zero")
     check_device(device)

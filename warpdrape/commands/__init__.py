@@ -1,1 +1,1 @@
-"""Behind the command line: arguments, scenes by name, progress."""
+"""Behind the command line: arguments, and scenes by name."""

@@ -8,12 +8,12 @@ import warp as wp
 from warpdrape.contact.adjacency import facet_hollows, open_edge_bits
 from warpdrape.kernels.contact.tool_contact import ToolSurfaces
 from warpdrape.kernels.dynamics.motion import FloatingTools
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
 
-def tool_surfaces(scene: Scene, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
+def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
     """Query meshes of the tools, each in its own frame, and their facets for the kernels."""
     meshes = tuple(
         wp.Mesh(
@@ -59,7 +59,7 @@ def largest_sag(tool: Tool) -> float:
     return float(np.abs((turned[0] * turned[1]).sum(axis=2)).max() / 6.0)
 
 
-def floating_tools(scene: Scene, device: str) -> FloatingTools:
+def floating_tools(scene: Setup, device: str) -> FloatingTools:
     """Which tools float, along which axes, with what mass and damping."""
     floats = [isinstance(tool.motion, Float) for tool in scene.tools]
     motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]

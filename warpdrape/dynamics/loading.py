@@ -18,7 +18,7 @@ from warpdrape.forces.membrane import flat_gradients
 from warpdrape.materials.law_curves import sample_couples
 from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 
 SLOWEST_PACE = 0.1
 """Least loading time that passes in a second [-]."""
@@ -56,7 +56,7 @@ class Loading:
         pace: loading time that passes in a second now [-].
     """
 
-    def __init__(self, scene: Scene, timing: Timing) -> None:
+    def __init__(self, scene: Setup, timing: Timing) -> None:
         """Begin at zero, at full pace."""
         self.steps, self.time, self.pace = 0, 0.0, 1.0
         self._scene, self._timing = scene, timing

@@ -25,7 +25,7 @@ from warpdrape.kernels.contact.tool_contact import (
     ToolSurfaces,
 )
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
@@ -90,7 +90,7 @@ class Model:
         medium: gravity and damping.
     """
 
-    scene: Scene
+    scene: Setup
     device: str
     timing: Timing
     membranes: tuple[Membrane, ...]
@@ -155,7 +155,7 @@ class State:
     clamp_shift: wp.array
 
 
-def build_model(scene: Scene, device: str, frames: int) -> Model:
+def build_model(scene: Setup, device: str, frames: int) -> Model:
     """Turn a scene into arrays on a device.
 
     Args:
@@ -208,7 +208,7 @@ def build_model(scene: Scene, device: str, frames: int) -> Model:
     )
 
 
-def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
+def _clamp_index(scene: Setup, first: np.ndarray) -> np.ndarray:
     index = np.full(first[-1], -1)
     names = [ply.name for ply in scene.plies]
     for number, clamp in enumerate(scene.clamps):
@@ -217,7 +217,7 @@ def _clamp_index(scene: Scene, first: np.ndarray) -> np.ndarray:
     return index
 
 
-def _ply_facets(scene: Scene, vertices: np.ndarray, device: str) -> PlyFacets:
+def _ply_facets(scene: Setup, vertices: np.ndarray, device: str) -> PlyFacets:
     if len(scene.plies) == 1:
         return PlyFacets()
     return build_facets([ply.mesh.triangles for ply in scene.plies], vertices, device)
@@ -239,7 +239,7 @@ def _ply_pairs(scene, query_meshes, vertices, triangles) -> tuple[PlyPair, ...]:
     return tuple(pairs)
 
 
-def _contact_law(scene: Scene, timing: Timing) -> ContactLaw:
+def _contact_law(scene: Setup, timing: Timing) -> ContactLaw:
     law = ContactLaw()
     share = scene.numerics.contact_share
     law.stiffness = share / timing.time_step**2
@@ -248,7 +248,7 @@ def _contact_law(scene: Scene, timing: Timing) -> ContactLaw:
     return law
 
 
-def _tool_search(scene: Scene, timing: Timing) -> ToolSearch:
+def _tool_search(scene: Setup, timing: Timing) -> ToolSearch:
     thickest = max(ply.fabric.thickness for ply in scene.plies)
     search = ToolSearch()
     search.reach = near_reach(scene)
@@ -260,12 +260,12 @@ def _tool_search(scene: Scene, timing: Timing) -> ToolSearch:
     return search
 
 
-def near_reach(scene: Scene) -> float:
+def near_reach(scene: Setup) -> float:
     """Distance [m] within which a vertex counts as near: four slides, for those that go faster."""
     return 4.0 * scene.numerics.search_slide
 
 
-def _medium(scene: Scene, timing: Timing) -> Medium:
+def _medium(scene: Setup, timing: Timing) -> Medium:
     medium = Medium()
     medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
     medium.rate = scene.numerics.damping

@@ -23,7 +23,7 @@ from warpdrape.blanks.triangles import highest_frequency_squared
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import flat_gradients, sheet_stiffness
 from warpdrape.kernels.dynamics.selective_mass import Filter, Power
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 
 DAMPING = 2.0
 """T_n(w0): more of it keeps p further from zero, and takes some of the step [-]."""
@@ -83,7 +83,7 @@ class Polynomial:
         return factor * w1, powers
 
 
-def laplacian_bound(scene: Scene) -> float:
+def laplacian_bound(scene: Setup) -> float:
     """Bound on the eigenvalues of M⁻¹L [1/s²], each triangle on its own lumped mass."""
     highest = 0.0
     for ply in scene.plies:
@@ -94,7 +94,7 @@ def laplacian_bound(scene: Scene) -> float:
     return highest
 
 
-def _scalar_stiffness(ply, scene: Scene) -> tuple[float, float]:
+def _scalar_stiffness(ply, scene: Setup) -> tuple[float, float]:
     """Stiffness of L along the yarns [N/m]: no motion stores more in the ply than L makes of it.
 
     Of shear, (g1·∂u/∂1 + g2·∂u/∂2)² ≤ 2 g² (‖∂u/∂1‖² + ‖∂u/∂2‖²).
@@ -143,7 +143,7 @@ class SelectiveMass:
 
 
 def build_selective_mass(
-    scene: Scene, mass: np.ndarray, polynomial: Polynomial, device: str
+    scene: Setup, mass: np.ndarray, polynomial: Polynomial, device: str
 ) -> SelectiveMass | None:
     """Put M⁻¹L on a device; None where nothing is scaled.
 
@@ -174,7 +174,7 @@ def _power(own: float, spread: float, source: float, before: float) -> Power:
     return power
 
 
-def _laplacian(scene: Scene) -> sparse.coo_matrix:
+def _laplacian(scene: Setup) -> sparse.coo_matrix:
     """L [N/m], shape [vertex, vertex]: Σ_triangles A Σ_α n_α D_α D_αᵀ."""
     rows, columns, entries, first = [], [], [], 0
     for ply in scene.plies:

@@ -9,7 +9,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.model import Model, State
 from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.errors import InputError
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
@@ -19,7 +19,7 @@ MOST_STEPS = 1_000_000_000
 """Steps beyond which a run is a mistake in a unit: more than a day for a single ply."""
 
 
-def check_tools(scene: Scene) -> None:
+def check_tools(scene: Setup) -> None:
     """Refuse tools that reach into a flat ply, or that hold one inside.
 
     Raises:
@@ -42,7 +42,7 @@ LIGHTEST_TOOL = 0.1
 on it, each a share of the vertex's own m/Δt²."""
 
 
-def check_clamps(scene: Scene) -> None:
+def check_clamps(scene: Setup) -> None:
     """Refuse clamps that would tear at their vertices in the first step, or lead them nowhere.
 
     Raises:
@@ -71,7 +71,7 @@ def check_clamps(scene: Scene) -> None:
                 )
 
 
-def check_loading(scene: Scene) -> None:
+def check_loading(scene: Setup) -> None:
     """Refuse to hold motions back where there are none: the run would only get longer.
 
     Raises:

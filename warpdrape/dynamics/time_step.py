@@ -11,7 +11,7 @@ from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, lap
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import flat_gradients, triangle_frequencies
 from warpdrape.numerics import Numerics
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
@@ -61,7 +61,7 @@ def stable_step(highest: float, numerics: Numerics, contacts: bool) -> float:
     return math.sqrt(left / highest)
 
 
-def lump_masses(scene: Scene) -> LumpedMass:
+def lump_masses(scene: Setup) -> LumpedMass:
     """Lump each triangle's mass on its vertices, a third each, scaled where asked.
 
     Raises:
@@ -103,7 +103,7 @@ def lump_masses(scene: Scene) -> LumpedMass:
     )
 
 
-def choose_step(scene: Scene, stable: float) -> float:
+def choose_step(scene: Setup, stable: float) -> float:
     """Step to use [s].
 
     Raises:

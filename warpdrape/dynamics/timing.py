@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.dynamics.time_step import choose_step
-from warpdrape.scene import Scene
+from warpdrape.setup import Setup
 
 SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
@@ -51,13 +51,13 @@ def frame_times(timing: Timing, frame: int) -> np.ndarray:
     return steps * timing.time_step
 
 
-def peak_speed(scene: Scene) -> float:
+def peak_speed(scene: Setup) -> float:
     """Largest speed [m/s] that tools and clamps reach, as contact searches allow for it."""
     moving = [thing.motion.peak_speed for thing in (*scene.tools, *scene.clamps)]
     return max([*moving, SLOWEST_TOOL]) if any(moving) else SLOWEST
 
 
-def plan_steps(scene: Scene, stable: float, frames: int) -> Timing:
+def plan_steps(scene: Setup, stable: float, frames: int) -> Timing:
     """Divide a run into frames of whole blocks of steps, each as long as one search serves.
 
     Args:

@@ -1,1 +1,1 @@
-"""What a run leaves: arrays, history, summary, run folder, USD, pictures."""
+"""What a run leaves: arrays, history, summary, run folder, USD, pictures; and its progress."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from warpdrape.dynamics.model import Model
-from warpdrape.scene import Clamp, Scene
+from warpdrape.setup import Clamp, Setup
 
 
-def run_record(scene: Scene, model: Model, frames: int, threads: int) -> dict[str, Any]:
+def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[str, Any]:
     """Everything of ``run.json``: what is needed to do it again."""
     fabrics, fabric_of = _fabrics(scene)
     return {
@@ -56,7 +56,7 @@ def run_record(scene: Scene, model: Model, frames: int, threads: int) -> dict[st
     }
 
 
-def _fabrics(scene: Scene) -> tuple[dict[str, Any], list[str]]:
+def _fabrics(scene: Setup) -> tuple[dict[str, Any], list[str]]:
     """Fabrics by name, and each ply's; a second fabric of the same name gets a number."""
     fabrics: dict[str, Any] = {}
     names = []
@@ -69,7 +69,7 @@ def _fabrics(scene: Scene) -> tuple[dict[str, Any], list[str]]:
     return fabrics, names
 
 
-def _clamp(scene: Scene, clamp: Clamp) -> dict[str, Any]:
+def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
     """A clamp: what it holds, and where that goes.
 
     Functions of time cannot be written down: the record has what they give at the end.
