@@ -12,9 +12,24 @@ if TYPE_CHECKING:
 
 
 class Scene(Setup):
-    """Plies, tools, clamps and numerics as in `Setup`, and `run`.
+    """Everything that happens in a run, and the call that computes it.
 
-    The solver reads a `Setup` and knows no `Scene`, so that imports make no circle.
+    The solver reads the `Setup` in it and knows no `Scene`, so that imports make no circle.
+
+    Attributes:
+        name: of the scene.
+        plies: from the bottom up; this order is kept.
+        tools: rigid tools.
+        clamps: held or led vertices.
+        duration: simulated time [s].
+        friction: Coulomb coefficient between plies and tools that name none [-].
+        ply_friction: Coulomb coefficient between plies [-].
+        gravity: acceleration [m/s²], shape [3].
+        numerics: how it is computed.
+        parameters: what the scene script was called with, for ``run.json``.
+        script: path of the script that built it, likewise; empty for a bundled scene or none.
+        report: function of the finished result to further entries of ``summary.json``.
+        write: function of the finished result and its run folder that adds files to it.
     """
 
     def run(

@@ -1,4 +1,4 @@
-"""A scene: plies, tools, clamps, and what happens to them."""
+"""What is computed: plies, tools, clamps, and what happens to them."""
 
 from __future__ import annotations
 
@@ -76,23 +76,7 @@ class Clamp:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setup:
-    """Everything that happens in a run.
-
-    Attributes:
-        name: of the scene.
-        plies: from the bottom up; this order is kept.
-        tools: rigid tools.
-        clamps: held or led vertices.
-        duration: simulated time [s].
-        friction: Coulomb coefficient between plies and tools that name none [-].
-        ply_friction: Coulomb coefficient between plies [-].
-        gravity: acceleration [m/s²], shape [3].
-        numerics: how it is computed.
-        parameters: what the scene script was called with, for ``run.json``.
-        script: path of the script that built it, likewise; empty for a bundled scene or none.
-        report: function of the finished result to further entries of ``summary.json``.
-        write: function of the finished result and its run folder that adds files to it.
-    """
+    """What a solver reads: everything of a `warpdrape.Scene`, described there, but its `run`."""
 
     name: str
     plies: Sequence[Ply]
