@@ -25,6 +25,7 @@ def refused(tmp_path, capsys, monkeypatch):
         folder = tmp_path / "results" if out is None else out
         with monkeypatch.context() as patch:
             patch.setattr("warpdrape.simulation.Recorder", compute)
+            patch.setattr("warpdrape.warp_start.kernels_are_compiled", lambda: True)
             options = ["--out", folder] if argv[0] == "run" else []
             assert cli.main([str(a) for a in (*argv, *options)]) == 2
         said, complaint = capsys.readouterr()
