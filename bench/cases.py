@@ -22,14 +22,15 @@ import warp as wp
 from yardstick import Yardstick
 
 import warpdrape as wd
-from warpdrape.dynamics import stepping
-from warpdrape.dynamics.energy import balance, measure_membranes
-from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.contact.tool_contact import ToolContact
+from warpdrape.dynamics import energy, stepping
+from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.phases import time_phases
 from warpdrape.results.result import read_plies
 from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
+from warpdrape.state import State
 
 FRAMES = 100
 """Frames into which runs are divided."""
@@ -129,7 +130,7 @@ def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
     state = initial_state(model)
     formed = round(case.part * FRAMES)
     run_to(model, state, formed)
-    triangles = sum(m.triangle_count for m in model.membranes)
+    triangles = model.triangles
     every = model.timing.search_every
     count = max(1, min(every, STEP_BLOCK // triangles))
     blocks = march(model, state, formed + 1, count)
@@ -146,8 +147,12 @@ def measure(name: str, yardstick: Yardstick, repeat: int) -> Measurement:
         ratios.append(rates[-1] / reference)
     rate = statistics.median(rates)
     step = triangles / rate
-    pressing = (state.tool_holds.numpy()["stored"] > 0.0).sum()
-    if state.runaway.numpy()[0] >= 0:
+    pressing = sum(
+        (memory.holds.numpy()["stored"] > 0.0).sum()
+        for contact, memory in zip(model.interactions, state.memory, strict=True)
+        if isinstance(contact, ToolContact)
+    )
+    if state.plies.runaway.numpy()[0] >= 0:
         raise SystemExit(f"{name} blew up while it was timed")
     # Before any frame is written: threads of the USD library idle on for a while, and count.
     phases = time_phases(model, state, time.process_time)
@@ -207,7 +212,7 @@ def march(model: Model, state: State, frame: int, count: int) -> Iterator[tuple[
                 stepping.search_contacts(model, state)
                 searched = time.process_time()
                 wp.capture_launch(capture.graph)
-            state.runaway.numpy()
+            state.plies.runaway.numpy()
             yield searched - start, time.process_time() - searched
 
 
@@ -223,10 +228,10 @@ def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
         run: time of all steps [s]; says how many frames are saved together.
     """
     scene, writing, measuring = model.scene, [], []
-    triangles = sum(membrane.triangle_count for membrane in model.membranes)
+    triangles = model.triangles
     written = min(USUAL_FRAMES, max(4, WRITTEN_TRIANGLES // triangles))
     together = math.ceil(SAVE_EVERY * USUAL_FRAMES / run)
-    x, random = state.x.numpy().copy(), np.random.default_rng(0)
+    x, random = state.plies.x.numpy().copy(), np.random.default_rng(0)
     plies = [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies]
     tools = [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools]
     with tempfile.TemporaryDirectory() as folder:
@@ -235,22 +240,23 @@ def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
         writer = UsdWriter(Path(folder, "scene.usdc"), plies, tools)
         opened = time.process_time() - start
         for frame in range(written):
-            state.x.assign(x + 1e-6 * random.standard_normal(x.shape))  # equal frames are kept once
+            moved = x + 1e-6 * random.standard_normal(x.shape)  # equal frames are kept once
+            state.plies.x.assign(moved)
             start = time.process_time()
-            strains, tensions, energy = measure_membranes(model, state)
-            balance(model, state, energy)
-            formed = read_plies(model, state, strains, tensions)
-            measured = time.process_time()
+            measured = energy.measure(model, state)
+            energy.balance(model, state, measured)
+            formed = read_plies(model, state, energy.of_forces(model, measured))
+            read = time.process_time()
             now = frame * model.timing.steps_per_frame * model.timing.time_step
             shown = [ply.frame() for ply in formed]
-            writer.write(frame, now, shown, state.tool_shift.numpy())
+            writer.write(frame, now, shown, state.tools.shift.numpy())
             if (frame + 1) % together == 0:
                 writer.save()
-            writing.append(time.process_time() - measured)
-            measuring.append(measured - start)
+            writing.append(time.process_time() - read)
+            measuring.append(read - start)
         start = time.process_time()
         writer.close()
         closed = time.process_time() - start
-    state.x.assign(x)
+    state.plies.x.assign(x)
     share = USUAL_FRAMES / written
     return opened + share * (sum(writing) + closed), share * sum(measuring)

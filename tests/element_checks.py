@@ -6,6 +6,7 @@ import warp as wp
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.membrane import build_membrane
+from warpdrape.interaction import Span
 from warpdrape.numerics import Numerics
 
 SIZE = 5e-3
@@ -79,8 +80,13 @@ def deformed(ply, shape, rng, strains=(-0.01, 0.02), shear_deg=60.0, noise=0.003
     return x.reshape(-1, 3)
 
 
+def whole(ply):
+    """Where a ply is in a model of its own."""
+    return Span(0, len(ply.mesh.vertices), 0, len(ply.mesh.triangles))
+
+
 def membrane_of(ply, device="cpu", **numerics):
-    return build_membrane(ply, Numerics(**numerics), 0, 0, device)
+    return build_membrane(ply, Numerics(**numerics), whole(ply), device)
 
 
 def forces(membrane, x, device="cpu"):
@@ -92,7 +98,7 @@ def forces(membrane, x, device="cpu"):
 
 def measured(membrane, x, device="cpu"):
     """Strain, line tension and energy of every triangle; the outputs hold NaN before."""
-    n = membrane.triangle_count
+    n = membrane.span.triangle_count
     outputs = [
         wp.full(n, value, dtype=kind, device=device)
         for value, kind in (

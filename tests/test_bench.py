@@ -20,7 +20,7 @@ def test_a_case_gives_a_ratio_and_shares(tmp_path):
     (row,) = json.loads(out.read_text(encoding="utf-8"))["rows"]
     assert row["triangles"] == 1600 and "hemisphere_1600" in done.stdout
     assert 0.01 < row["ratio"] < 10.0 and row["peak_mb"] > 10.0
-    assert {"elements", "tool contact", "integration"} <= set(row["phases"])
+    assert {"membrane", "tool contact", "integration"} <= set(row["phases"])
     assert 0.0 < row["output"] < 1.0
 
 

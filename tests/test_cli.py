@@ -101,7 +101,7 @@ def test_interrupt_keeps_the_frames(tmp_path, capsys, monkeypatch):
     assert not list(tmp_path.glob(".*"))
 
 
-@pytest.mark.parametrize("moment", ["Stepper", "measure_membranes"])
+@pytest.mark.parametrize("moment", ["Stepper", "measure"])
 def test_interrupt_before_the_first_frame(moment, tmp_path, capsys, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt

@@ -27,12 +27,12 @@ def march(scene, frames, device="cpu"):
     model = build_model(scene, device, frames)
     state = initial_state(model)
     stepper = Stepper(model, state)
-    positions = [state.x.numpy().copy()]
+    positions = [state.plies.x.numpy().copy()]
     for frame in range(1, frames + 1):
         stepper.begin_frame(frame)
         for _ in range(model.timing.steps_per_frame // model.timing.search_every):
             stepper.block()
-        positions.append(state.x.numpy().copy())
+        positions.append(state.plies.x.numpy().copy())
     return np.array(positions), model.timing
 
 
@@ -221,12 +221,12 @@ def test_a_vertex_that_is_not_a_number_counts_as_run_away(device):
         state = initial_state(model)
         velocity = np.zeros((len(ply.rest_points), 3))
         velocity[3, 1] = value
-        state.v.assign(velocity)
+        state.plies.v.assign(velocity)
         stepper = Stepper(model, state)
         stepper.begin_frame(1)
-        assert state.runaway.numpy()[0] == -1
+        assert state.plies.runaway.numpy()[0] == -1
         stepper.block()
-        assert state.runaway.numpy()[0] >= 0
+        assert state.plies.runaway.numpy()[0] >= 0
 
 
 def test_a_clamp_turns_its_vertices_by_its_matrix(device):

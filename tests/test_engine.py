@@ -10,13 +10,13 @@ from law_checks import fabric
 
 from warpdrape.blanks.ply import Ply, lay_up, stack_top
 from warpdrape.dynamics import time_step
-from warpdrape.dynamics.timing import SLOWEST_TOOL
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.scenes import hemisphere, press
 from warpdrape.setup import Clamp
+from warpdrape.timing import SLOWEST_TOOL
 from warpdrape.tools.motion import Stroke
 from warpdrape.tools.profile import Surface
 from warpdrape.tools.tool import Tool
@@ -62,7 +62,7 @@ def test_a_profile_names_the_phases_and_changes_nothing(device, tmp_path):
     for one, other in zip(plain.plies, timed.plies, strict=True):
         np.testing.assert_array_equal(one.points, other.points)
     spent = timed.summary["phases_s"]
-    for phase in ("elements", "tool contact", "ply contact", "tool search", "ply search", "output"):
+    for phase in ("membrane", "tool contact", "ply contact", "tool search", "ply search", "output"):
         assert spent[phase] > 0.0, phase
     assert "phases_s" not in plain.summary
 

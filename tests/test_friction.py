@@ -111,12 +111,12 @@ def test_plate_may_be_tilted_instead_of_gravity(device):
     for scene, start in ((level, np.eye(3)), (tilted, turn)):
         model = build_model(scene, device, 1)
         state = initial_state(model)
-        state.x.assign(state.x.numpy() @ start.T)
+        state.plies.x.assign(state.plies.x.numpy() @ start.T)
         stepper = Stepper(model, state)
         stepper.begin_frame(1)
         for _ in range(model.timing.steps_per_frame // model.timing.search_every):
             stepper.block()
-        ends.append(state.x.numpy() @ start)
+        ends.append(state.plies.x.numpy() @ start)
     way = (ends[0] - level.plies[0].rest_points).mean(axis=0)
     assert way[0] == pytest.approx(0.5 * G * (s - friction * c) * duration**2, rel=0.005)
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-3 * way[0])

@@ -1,8 +1,10 @@
 """Room for arcs on the hollow side of a bent ply."""
 
 import numpy as np
+from interaction_checks import of_kind
 
 from warpdrape import Ply, Scene, lay_up
+from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import search_contacts
 
@@ -19,16 +21,17 @@ def test_inner_vertices_do_not_press_the_chords_of_the_outer_ply(device):
     state = initial_state(model)
     flat = model.rest.numpy()
     x = flat.copy()
-    for membrane, radius, shift in zip(
-        model.membranes, (RADIUS, RADIUS + THICKNESS), (0.0, 0.005), strict=True
+    for span, radius, shift in zip(
+        model.spans, (RADIUS, RADIUS + THICKNESS), (0.0, 0.005), strict=True
     ):
-        own = slice(membrane.first_vertex, membrane.first_vertex + membrane.vertex_count)
+        own = span.vertices
         turn = (flat[own, 0] + shift) / RADIUS
         x[own, 0], x[own, 2] = radius * np.sin(turn), radius * np.cos(turn)
-    state.x.assign(x)
+    state.plies.x.assign(x)
     search_contacts(model, state)
-    pairs = {(p.searching, p.searched): k for k, p in enumerate(model.ply_pairs)}
-    deepest = state.ply_deepest.numpy()
+    contact, memory = of_kind(model, state, PlyContact)
+    pairs = {(p.searching, p.searched): p.number for p in contact.pairs}
+    deepest = memory.deepest.numpy()
     # 0.06 mm is seen, at the border perhaps, whose normals turn half as much; 0.32 mm without room.
     assert deepest[pairs[0, 1]] < 0.2 * THICKNESS  # the inner's vertices under the outer's chords
     assert deepest[pairs[1, 0]] < 0.2 * THICKNESS  # the outer's vertices over the inner's

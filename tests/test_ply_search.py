@@ -1,39 +1,48 @@
 """The search between plies: a walk over facets finds what brute force finds, and misses nothing."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from contact_oracle import nearest_on_triangles
+from interaction_checks import of_kind
 from test_engine import small_press
 
 from warpdrape import Ply, Scene, lay_up
 from warpdrape.contact.adjacency import across_edges, border_bits
+from warpdrape.contact.law import near_reach
+from warpdrape.contact.ply_contact import ASK_EVERY, FADING, PUSH_OUT, PlyContact
 from warpdrape.contact.ply_facets import build_facets
-from warpdrape.dynamics import launches, stepping
-from warpdrape.dynamics.model import ASK_EVERY, build_model, initial_state, near_reach
-from warpdrape.dynamics.partition import split
-from warpdrape.dynamics.timing import peak_speed
+from warpdrape.dynamics import stepping
+from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.numerics import Numerics
 from warpdrape.scenes import three_ply_hemisphere
+from warpdrape.state import copied
+from warpdrape.timing import peak_speed
 
 THICKNESS = 6e-4
 
 
 def of_pair(model, pair):
     """Slices of the searching ply's vertices and of its slots, and the searched ply's facets."""
-    searching, searched = model.membranes[pair.searching], model.membranes[pair.searched]
-    count, first = searching.vertex_count, searched.first_triangle
-    vertices = slice(searching.first_vertex, searching.first_vertex + count)
-    corners = model.facets.corners.numpy()[first : first + searched.triangle_count]
-    return vertices, slice(pair.first_slot, pair.first_slot + count), corners
+    searching, searched = model.spans[pair.searching], model.spans[pair.searched]
+    corners = contact_of(model).facets.corners.numpy()[searched.triangles]
+    slots = slice(pair.first_slot, pair.first_slot + searching.vertex_count)
+    return searching.vertices, slots, corners
+
+
+def contact_of(model):
+    (found,) = (contact for contact in model.contacts if isinstance(contact, PlyContact))
+    return found
+
+
+def memory_of(model, state):
+    return of_kind(model, state, PlyContact)[1]
 
 
 def gaps(model, state):
     """Gap [m] of every slot's contact, infinite where none is near."""
-    x, contacts = state.x.numpy(), state.ply_contacts.numpy()
+    x, contacts = state.plies.x.numpy(), memory_of(model, state).contacts.numpy()
     found = np.full(len(contacts), np.inf)
-    for pair in model.ply_pairs:
+    for pair in contact_of(model).pairs:
         vertices, slots, _ = of_pair(model, pair)
         kept = contacts[slots]
         at = np.stack([x[kept[name]] for name in "abc"], axis=1)
@@ -46,9 +55,9 @@ def gaps(model, state):
 
 def nearest_facets(model, state):
     """Distance [m] of every slot's vertex from the other ply, by brute force."""
-    x = state.x.numpy()
-    distances = np.zeros(len(state.ply_contacts.numpy()))
-    for pair in model.ply_pairs:
+    x = state.plies.x.numpy()
+    distances = np.zeros(len(memory_of(model, state).contacts.numpy()))
+    for pair in contact_of(model).pairs:
         vertices, slots, corners = of_pair(model, pair)
         nearest, _, _ = nearest_on_triangles(x[vertices], x[corners], k=len(corners))
         distances[slots] = np.linalg.norm(x[vertices] - nearest, axis=1)
@@ -57,10 +66,10 @@ def nearest_facets(model, state):
 
 def remembered(model, state):
     """Distance [m] of every slot's vertex from the facet that it remembers, infinite if none."""
-    x, memory = state.x.numpy(), state.ply_memory.numpy()
+    x, memory = state.plies.x.numpy(), memory_of(model, state).seen.numpy()
     distances = np.full(len(memory), np.inf)
-    corners = model.facets.corners.numpy()
-    for pair in model.ply_pairs:
+    corners = contact_of(model).facets.corners.numpy()
+    for pair in contact_of(model).pairs:
         vertices, slots, _ = of_pair(model, pair)
         seen = memory["seen"][slots]
         for k in np.flatnonzero(seen > 0):
@@ -73,14 +82,8 @@ def remembered(model, state):
 
 def searched(model, state, *, asking):
     """Gaps and facets remembered after a search on a copy of the state."""
-    names = [field.name for field in dataclasses.fields(state)]
-    copy = dataclasses.replace(state)
-    for name in names:
-        array = getattr(state, name)
-        fresh = type(array)(array.numpy().copy(), dtype=array.dtype, device=array.device)
-        object.__setattr__(copy, name, fresh)
-    (whole,) = split(model, copy, 1)
-    launches.search_plies(whole, asking=asking)
+    copy = copied(state)
+    stepping.search_contacts(model, copy, asking=asking)
     return gaps(model, copy), copy
 
 
@@ -107,11 +110,11 @@ def test_walks_find_what_asking_finds(device):
         either = np.minimum(walked, asked) < 0.9 * near
         np.testing.assert_allclose(walked[either], asked[either], atol=1e-7)
         compared += either.sum()
-        before = state.ply_memory.numpy()["seen"]
-        moved += (before != after.ply_memory.numpy()["seen"]).sum()
+        before = memory_of(model, state).seen.numpy()["seen"]
+        moved += (before != memory_of(model, after).seen.numpy()["seen"]).sum()
         nearest = nearest_facets(model, after)
         in_sight = nearest < THICKNESS + 0.9 * near
-        waiting = state.ply_memory.numpy()["wait"] > 0
+        waiting = memory_of(model, state).seen.numpy()["wait"] > 0
         assert not (in_sight & waiting & np.isfinite(asked)).any()
         # Queries round positions to single precision, and so may take a facet 1e-7 m farther off.
         np.testing.assert_allclose(remembered(model, after)[in_sight], nearest[in_sight], atol=1e-6)
@@ -127,9 +130,8 @@ def test_whoever_is_far_is_looked_at_before_it_can_touch(device):
     model = build_model(Scene(name="fall", plies=[low, high], duration=1e-3), device, frames=1)
     state = initial_state(model)
     reach = near_reach(model.scene)
-    (whole,) = split(model, state, 1)
-    start, left_out = state.x.numpy(), 0
-    first = model.membranes[1].first_vertex
+    start, left_out = state.plies.x.numpy(), 0
+    first = model.spans[1].first_vertex
     inner = np.abs(start[:, :2]).max(axis=1) < 0.02
     for search in range(64):
         gap = 3.1e-3 - 0.95 * reach * search
@@ -137,13 +139,13 @@ def test_whoever_is_far_is_looked_at_before_it_can_touch(device):
             break
         x = start.copy()
         x[first:, 2] = THICKNESS + gap
-        state.x.assign(x)
-        launches.search_plies(whole, asking=search % ASK_EVERY == 0)
-        near = state.ply_contacts.numpy()["near"] == 1
+        state.plies.x.assign(x)
+        stepping.search_contacts(model, state, asking=search % ASK_EVERY == 0)
+        near = memory_of(model, state).contacts.numpy()["near"] == 1
         slots = np.r_[inner[:first], inner[first:]]
         assert near[slots].all() if gap <= 0.9 * reach else True
         assert not near[slots].any() if gap > reach else True
-        left_out += (state.ply_memory.numpy()["wait"] > 0).sum()
+        left_out += (memory_of(model, state).seen.numpy()["wait"] > 0).sum()
     assert gap < 0.0 and left_out > 100
 
 
@@ -152,14 +154,13 @@ def test_a_corner_at_the_border_is_the_border_for_every_facet_there(device):
     plies = lay_up([Ply.rectangle(n, "carbon_interlock", 0.06, cells=4) for n in ("low", "high")])
     model = build_model(Scene(name="off", plies=plies, duration=1e-3), device, frames=1)
     state = initial_state(model)
-    x = state.x.numpy()
-    first = model.membranes[1].first_vertex
+    x = state.plies.x.numpy()
+    first = model.spans[1].first_vertex
     x[first:, 0] += 0.06 + 5e-4  # its left border lies beside the other's right one
-    state.x.assign(x)
-    (whole,) = split(model, state, 1)
-    launches.search_plies(whole, asking=True)
-    found, memory = gaps(model, state), state.ply_memory.numpy()
-    corners = model.facets.corners.numpy()
+    state.plies.x.assign(x)
+    stepping.search_contacts(model, state, asking=True)
+    found, memory = gaps(model, state), memory_of(model, state).seen.numpy()
+    corners = contact_of(model).facets.corners.numpy()
     checked = 0
     for slot in np.flatnonzero(np.isfinite(found[:first])):
         seen = corners[memory["seen"][slot] - 1]
@@ -167,8 +168,8 @@ def test_a_corner_at_the_border_is_the_border_for_every_facet_there(device):
         for facet in np.flatnonzero((corners == nearest).any(axis=1)):
             other = memory.copy()
             other["seen"][slot] = facet + 1
-            state.ply_memory.assign(other)
-            launches.search_plies(whole, asking=False)
+            memory_of(model, state).seen.assign(other)
+            stepping.search_contacts(model, state, asking=False)
             assert gaps(model, state)[slot] == pytest.approx(found[slot], abs=1e-12)
             checked += 1
     assert checked > 10
@@ -262,25 +263,25 @@ def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device
     scene = Scene(name="deep", plies=plies, tools=[], duration=1e-2)
     model = build_model(scene, device, 1)
     state = initial_state(model)
-    upper = model.membranes[1].first_vertex
-    deep, beside = state.x.numpy().copy(), state.x.numpy().copy()
+    upper = model.spans[1].first_vertex
+    deep, beside = state.plies.x.numpy().copy(), state.plies.x.numpy().copy()
     deep[upper:, 2] -= depth
     beside[upper:, 0] += 0.2
-    state.x.assign(beside)
+    state.plies.x.assign(beside)
     stepping.search_contacts(model, state)
-    assert not state.ply_contacts.numpy()["near"].any()
-    state.x.assign(deep)
+    assert not memory_of(model, state).contacts.numpy()["near"].any()
+    state.plies.x.assign(deep)
     interval = model.timing.search_every * model.timing.time_step
-    slowest = launches.PUSH_OUT * peak_speed(scene) * interval
-    share = np.exp(-interval / launches.FADING)
+    slowest = PUSH_OUT * peak_speed(scene) * interval
+    share = np.exp(-interval / FADING)
     inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
-    slots = model.ply_pairs[1].first_slot + inner
-    assert model.ply_pairs[1].searching == 1
+    slots = contact_of(model).pairs[1].first_slot + inner
+    assert contact_of(model).pairs[1].searching == 1
     allowed = np.full(len(inner), depth)
     for _ in range(5):
         stepping.search_contacts(model, state)
         expected = np.maximum(share * allowed, allowed - slowest)
-        allowed = state.ply_contacts.numpy()["allowance"][slots]
+        allowed = memory_of(model, state).contacts.numpy()["allowance"][slots]
         np.testing.assert_allclose(allowed, expected, rtol=1e-6, atol=1e-12)
     assert (depth - allowed < 5.0 * max(slowest, depth * (1.0 - share)) * 1.001).all()
     assert (allowed < depth).all()

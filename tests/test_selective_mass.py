@@ -12,7 +12,7 @@ from test_engine import small_press
 from test_threads import assert_same_bits, state_after
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.dynamics.energy import balance, measure_membranes
+from warpdrape.dynamics.energy import balance, internal_energy, measure
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.selective_mass import HIGHEST_ORDER, Polynomial, _laplacian, laplacian_bound
 from warpdrape.dynamics.stepping import Stepper
@@ -82,10 +82,10 @@ def test_no_motion_stores_more_than_the_laplacian_makes_of_it(law, angle, device
     formed = sheared(model.rest.numpy(), scene.plies[0], angle if law == "yarns" else 0.0)
 
     def forces(x):
-        state.f.zero_()
-        state.x.assign(x.reshape(-1, 3))
-        model.membranes[0].add_forces(state.x, state.f)
-        return state.f.numpy().ravel().copy()
+        state.plies.f.zero_()
+        state.plies.x.assign(x.reshape(-1, 3))
+        model.forces[0].plies[0].add_forces(state.plies.x, state.plies.f)
+        return state.plies.f.numpy().ravel().copy()
 
     x, shifts = formed.ravel(), 1e-8 * np.eye(formed.size)
     stiffness = np.array([(forces(x - s) - forces(x + s)) / 2e-8 for s in shifts])
@@ -102,7 +102,7 @@ def test_a_step_is_the_polynomial_of_the_matrix(device):
     assert order == 4
     state = initial_state(model)
     push = np.random.default_rng(1).standard_normal((len(model.masses.mass), 3))
-    state.f.assign(push)
+    state.plies.f.assign(push)
     stepper = Stepper(model, state)
     stepper.begin_frame(1)
     stepper.block()
@@ -112,12 +112,12 @@ def test_a_step_is_the_polynomial_of_the_matrix(device):
     assert shares[-1] <= 1.0 and shares[-1] > 0.5
     scaled = modes * model.masses.scaling(shares) @ modes.T  # P M⁻¹
     expected = dt * scaled @ push
-    np.testing.assert_allclose(state.v.numpy(), expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(state.plies.v.numpy(), expected, atol=1e-9 * np.abs(expected).max())
     kicked = dt * push / mass[:, None]  # and by 1e-9 N of rounding in the flat sheet
-    np.testing.assert_allclose(state.w.numpy(), kicked, atol=1e-9 * np.abs(kicked).max())
+    np.testing.assert_allclose(state.scaled.w.numpy(), kicked, atol=1e-9 * np.abs(kicked).max())
     for _ in range(20):  # now the sheet itself pulls
         stepper.block()
-    w, v = state.w.numpy(), state.v.numpy()
+    w, v = state.scaled.w.numpy(), state.plies.v.numpy()
     np.testing.assert_allclose(v, scaled @ (mass[:, None] * w), atol=1e-10 * np.abs(w).max())
     np.testing.assert_allclose(mass @ w, mass @ v, atol=1e-12 * np.abs(mass[:, None] * w).sum())
 
@@ -140,7 +140,7 @@ def shaken(scene, speed, device):
     assert model.timing.search_every == 1
     state = initial_state(model)
     push = speed * np.random.default_rng(2).standard_normal((len(model.masses.mass), 3))
-    state.f.assign(model.masses.mass[:, None] * push / model.timing.time_step)
+    state.plies.f.assign(model.masses.mass[:, None] * push / model.timing.time_step)
     stepper = Stepper(model, state)
     stepper.begin_frame(1)
     stepper.block()
@@ -157,19 +157,20 @@ def test_a_shaken_sheet_keeps_momentum_and_energy_at_many_times_the_step(device)
     model, state, stepper = shaken(scene, 5e-3, device)
     assert model.timing.time_step > 0.99 * step
     mass, totals, stored = model.masses.mass, [], []
-    momentum = mass @ state.v.numpy()
+    momentum = mass @ state.plies.v.numpy()
     for _ in range(model.timing.steps - 1):
-        internal = float(measure_membranes(model, state)[2].sum())
-        before = state.v.numpy().copy()
+        internal = internal_energy(model, state)
+        before = state.plies.v.numpy().copy()
         stepper.block()
-        kinetic = 0.5 * float(mass @ np.einsum("ij,ij->i", before, state.w.numpy()))
+        kinetic = 0.5 * float(mass @ np.einsum("ij,ij->i", before, state.scaled.w.numpy()))
         totals.append(kinetic + internal)
         stored.append(internal)
-    energy = balance(model, state, measure_membranes(model, state)[2])
+    energy = balance(model, state, measure(model, state))
     assert 0.0 < energy.added_mass_kinetic < energy.kinetic
     assert np.mean(stored) > 0.2 * np.mean(totals)  # it does swing
     np.testing.assert_allclose(totals, totals[0], rtol=1e-2)
-    np.testing.assert_allclose(mass @ state.v.numpy(), momentum, atol=1e-12 * np.abs(mass).sum())
+    rounding = 1e-12 * np.abs(mass).sum()
+    np.testing.assert_allclose(mass @ state.plies.v.numpy(), momentum, atol=rounding)
 
 
 def test_damping_takes_what_the_sheet_loses(device):
@@ -179,11 +180,12 @@ def test_damping_takes_what_the_sheet_loses(device):
 
     def found():
         """Total at the positions' time, and what damping has taken by half a step before."""
-        internal = float(measure_membranes(model, state)[2].sum())
-        lost, before = float(state.lost.numpy()[:, 2].sum()), state.v.numpy().copy()
+        internal = internal_energy(model, state)
+        lost, before = float(state.plies.lost.numpy()[:, 2].sum()), state.plies.v.numpy().copy()
         stepper.block()
-        kinetic = 0.5 * float(model.masses.mass @ np.einsum("ij,ij->i", before, state.w.numpy()))
-        return kinetic + internal, 0.5 * (lost + float(state.lost.numpy()[:, 2].sum()))
+        speeds = np.einsum("ij,ij->i", before, state.scaled.w.numpy())
+        kinetic = 0.5 * float(model.masses.mass @ speeds)
+        return kinetic + internal, 0.5 * (lost + float(state.plies.lost.numpy()[:, 2].sum()))
 
     start = found()
     for _ in range(model.timing.steps - 3):
@@ -202,10 +204,10 @@ def pressed(**numerics):
 def test_threads_compute_what_one_part_after_another_does(threads):
     blocks = 40
     together, _ = state_after(threads, True, pressed(), blocks)
-    assert np.abs(together["ply_stored"]).max() > 0.0
+    assert np.abs(together["memory.1.stored"]).max() > 0.0
     assert_same_bits(together, state_after(threads, False, pressed(), blocks)[0])
     one, _ = state_after(1, False, pressed(), blocks)
-    np.testing.assert_allclose(together["x"], one["x"], atol=1e-12)
+    np.testing.assert_allclose(together["plies.x"], one["plies.x"], atol=1e-12)
 
 
 def test_graph_replay_is_eager_launching_bit_for_bit():

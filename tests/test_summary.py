@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from interaction_checks import of_kind
 
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.ply import Ply, lay_up
 from warpdrape.blanks.triangles import area_percentile
+from warpdrape.contact.ply_contact import PlyContact
+from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.loading import Loading
-from warpdrape.dynamics.model import build_model
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
 from warpdrape.results.summary import (
-    ContactExtremes,
     _ply_entry,
     energy_error,
     mean_while_loaded,
@@ -57,19 +60,20 @@ def formed(ply, shear_deg=None, strain=None):
     )
 
 
-def still(model):
-    """Contacts that never were."""
-    slots = sum(model.membranes[pair.searching].vertex_count for pair in model.ply_pairs)
-    pairs = len(model.ply_pairs)
-    return ContactExtremes(np.zeros(0), np.zeros(pairs), np.zeros(pairs), np.zeros(slots))
+def shown(*plies):
+    """What the membrane shows of formed plies."""
+    return Measured(
+        fields=tuple({"strain": p.strain, "line_tension": p.line_tension} for p in plies)
+    )
 
 
 def summary_of(model, contacts=None, plies=None, **columns):
+    plies = plies or [formed(ply) for ply in model.scene.plies]
     return summarise(
         model,
-        contacts or still(model),
+        [shown(*plies), *(contacts or [measure(model, initial_state(model))[1]])],
         history(**columns),
-        plies or [formed(ply) for ply in model.scene.plies],
+        plies,
         Loading(model.scene, model.timing),
         failure="",
         steps=100,
@@ -117,11 +121,10 @@ def test_unbalanced_energy_warns_and_then_fails(stack, unbalanced, status, words
 
 
 def test_deep_penetration_warns_wherever_it_is(stack):
-    contacts = still(stack)
-    assert summary_of(stack, contacts)["warnings"] == []
-    for name in ("tool_deepest", "ply_deepest"):
-        deep = replace(contacts, **{name: np.array([0.4 * THICKNESS, 0.6 * THICKNESS])})
-        summary = summary_of(stack, deep)
+    assert summary_of(stack)["warnings"] == []
+    depths = [{"max_penetration_m": depth * THICKNESS} for depth in (0.4, 0.6)]
+    for contacts in ({"one": depths}, {"one": depths[:1], "other": depths[1:]}):
+        summary = summary_of(stack, [Measured(entries=contacts)])
         assert summary["max_penetration_m"] == pytest.approx(0.6 * THICKNESS)
         assert ["0.36 mm into each other" in w for w in summary["warnings"]] == [True]
 
@@ -154,7 +157,8 @@ def test_large_triangles_count_for_more():
     shear = np.array([10.0, 38.0, 20.0, 12.0])
     mesh = FlatMesh(np.array(corners), np.array(triangles))
     ply = replace(Ply.rectangle("ply", "carbon_interlock", 0.1, cells=2), mesh=mesh)
-    entry = _ply_entry(ply, formed(ply, shear))
+    model = build_model(Scene(name="one", plies=[ply], duration=0.03), "cpu", 3)
+    entry = _ply_entry(model, 0, [shown(formed(ply, shear))], formed(ply, shear))
     assert entry["mean_abs_shear_deg"] == pytest.approx((share * shear).sum())
     assert entry["p95_shear_deg"] == pytest.approx(area_percentile(shear, share, 0.95))
     assert entry["p95_shear_deg"] < area_percentile(shear, np.ones(4), 0.95) - 1.0
@@ -177,8 +181,14 @@ def test_interfaces_name_whose_vertices_slip_on_what(stack):
     slip = np.repeat([1e-3, 2e-3], counts)  # those of the lower ply's vertices come first
     slip[0] = 5e-3
     deepest = np.array([1e-5, 2e-5])
-    contacts = replace(still(stack), slip=slip, ply_deepest=deepest, ply_jump=2.0 * deepest)
-    first, second = summary_of(stack, contacts)["interfaces"]
+    state = initial_state(stack)
+    contact, memory = of_kind(stack, state, PlyContact)
+    for array, values in zip(
+        (memory.slip, memory.deepest, memory.jump), (slip, deepest, 2.0 * deepest), strict=True
+    ):
+        array.assign(values)
+    measured = contact.measure(state.plies, memory)
+    first, second = summary_of(stack, [measured])["interfaces"]
     assert (first["vertices_of"], first["on"]) == ("lower", "upper")
     assert (second["vertices_of"], second["on"]) == ("upper", "lower")
     assert first["max_slip_m"] == 5e-3

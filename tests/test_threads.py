@@ -1,6 +1,5 @@
 """Parts on threads: the same to the bit as alone, rounding from one thread, and what may fail."""
 
-import dataclasses
 import threading
 
 import numpy as np
@@ -15,8 +14,10 @@ from warpdrape.dynamics.crew import Crew, choose_threads
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.partition import LARGEST, MOST_RUNS, split
 from warpdrape.errors import InputError
+from warpdrape.kernels.contact.ply_contact import add_ply_forces
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
+from warpdrape.state import Across, all_arrays, with_own
 
 
 class Always:
@@ -42,7 +43,7 @@ def state_after(threads, together, scene=None, blocks=150):
     stepper.close()
     steps = blocks * model.timing.search_every
     assert int(state.step.numpy()[0]) == steps
-    return {f.name: getattr(state, f.name).numpy() for f in dataclasses.fields(state)}, steps
+    return {name: array.numpy() for name, array, _ in all_arrays(state)}, steps
 
 
 def assert_same_bits(one, other):
@@ -78,7 +79,7 @@ def test_eager_parts_are_captured_parts(threads):
     few = stepping.steps_per_graph(every)
     assert every >= 2 * few and every % few > 0
     one, other = (state_after(threads, True, scene, 12)[0] for scene in (eager, captured))
-    assert np.abs(one["ply_stored"]).max() > 0.0
+    assert np.abs(one["memory.1.stored"]).max() > 0.0
     assert_same_bits(one, other)
 
 
@@ -93,15 +94,17 @@ def test_parts_add_up_to_the_whole_within_rounding(threads):
     one, steps = state_after(1, False)
     several, _ = state_after(threads, True)
     assert steps >= 200
-    assert np.abs(one["x"] - one["x"].mean(axis=0)).max() > 0.02
-    assert np.abs(one["ply_stored"]).max() > 0.0 and np.abs(one["impulse"]).max() > 0.0
+    x, stored = one["plies.x"], one["memory.1.stored"]
+    assert np.abs(x - x.mean(axis=0)).max() > 0.02
+    assert np.abs(stored).max() > 0.0 and np.abs(one["tools.impulse"]).max() > 0.0
     # Rounding grows through contacts that stick or slip; measured: 1e-15 m, 2e-11 of the speed.
-    np.testing.assert_allclose(several["x"], one["x"], atol=1e-12)
-    for name in ("v", "lost", "impulse", "clamp_force", "tool_work", "tool_shift"):
+    np.testing.assert_allclose(several["plies.x"], x, atol=1e-12)
+    sums = ("plies.v", "plies.lost", "tools.impulse", "clamps.force", "tools.work", "tools.shift")
+    for name in sums:
         scale = np.abs(one[name]).max()
         assert scale > 0.0, name
         np.testing.assert_allclose(several[name], one[name], atol=1e-8 * scale, err_msg=name)
-    for name in ("tool_deepest", "ply_deepest", "ply_jump", "runaway"):
+    for name in ("memory.2.deepest", "memory.1.deepest", "memory.1.jump", "plies.runaway"):
         np.testing.assert_allclose(several[name], one[name], atol=1e-12, err_msg=name)
 
 
@@ -112,13 +115,13 @@ def test_a_runaway_vertex_of_any_part_is_seen():
         state = initial_state(model)
         v = np.zeros((last + 1, 3))
         v[last] = 1e6
-        state.v.assign(v)
+        state.plies.v.assign(v)
         stepper = stepping.Stepper(model, state, 2)
         stepper._pace = Always(together)
         stepper.begin_frame(1)
         stepper.block()
         stepper.close()
-        assert state.runaway.numpy()[0] >= 0
+        assert state.plies.runaway.numpy()[0] >= 0
 
 
 def test_a_run_on_two_threads_repeats_itself(tmp_path):
@@ -149,21 +152,40 @@ def test_parts_cover_everything_once(count, mesh):
 
     vertices = model.mass.shape[0]
     assert (counted([r for p in parts for r in p.vertices], vertices) == 1).all()
-    looked = [(look.first_slot, look.count) for part in parts for look in part.contacts]
+    launched = [launch for part in parts for launch in part.launches.scatter]
+    looked = [(of.inputs[4], of.count) for of in launched if of.kernel is add_ply_forces]
     assert (counted(looked, vertices) == 1).all()
-    for kernel, total, inputs in (load for m in model.membranes for load in m.loads):
+    for kernel, total, inputs in (load for m in model.forces[0].plies for load in m.loads):
         of_it = [
-            (found[0], n)
-            for part in parts
-            for other, n, found in part.loads
-            if other is kernel and found[1] is inputs[1]
+            (of.inputs[0], of.count)
+            for of in launched
+            if of.kernel is kernel and of.inputs[1] is inputs[1]
         ]
         assert (counted([(first - inputs[0], n) for first, n in of_it], total) == 1).all()
-    assert sorted(k for part in parts for k in part.plies) == [0, 1]
+    (contact,) = model.contacts
+    refitted = [mesh for part in parts for mesh in part.launches.refit]
+    assert sorted(map(id, refitted)) == sorted(map(id, contact.meshes))
     for part in parts:
         assert len(part.vertices) <= 2 * MOST_RUNS * count
         share = sum(n for _, n in part.vertices) * count / vertices
         assert 0.7 < share < LARGEST + 0.01
+
+
+def test_parts_have_apart_what_several_of_them_write():
+    state = initial_state(build_model(small_press(), "cpu", frames=1))
+    held = {name: across for name, _, across in all_arrays(state) if across is not Across.SHARED}
+    assert held == {
+        "plies.f": Across.SCATTERED,
+        "plies.runaway": Across.FIRST,
+        "tools.reaction": Across.SUMMED,
+        "clamps.force": Across.SUMMED,
+        "memory.1.deepest": Across.LARGEST,
+        "memory.1.jump": Across.LARGEST,
+        "memory.2.deepest": Across.LARGEST,
+    }
+    theirs = {name: array for name, array, _ in all_arrays(with_own(state))}
+    for name, array, across in all_arrays(state):
+        assert (theirs[name] is array) == (across is Across.SHARED), name
 
 
 def test_vertices_of_a_part_lie_beside_its_elements():

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from element_checks import forces
+from element_checks import forces, whole
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import build_membrane, triangle_frequencies
+from warpdrape.forces.membrane import build_membrane, frequencies
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
@@ -75,7 +75,7 @@ def test_stable_step_is_safe_and_not_far_too_short(law, pattern, averaging):
     masses = lump_masses(scene)
     assert not masses.added.any()
     bound = 4 / masses.stable_step**2
-    membrane = build_membrane(ply, numerics, 0, 0, "cpu")
+    membrane = build_membrane(ply, numerics, whole(ply), "cpu")
     true = [true_frequency_squared(membrane, masses.mass, x) for x in states_of(ply)]
     assert max(true) <= bound
     # Of the soft fabric the shear stiffness at 75° sets the step, which no state here reaches.
@@ -110,7 +110,7 @@ def test_mass_is_that_of_the_sheet_and_scaling_reports_what_it_adds(device):
     assert 0.9 * heavy.stable_step == pytest.approx(target, rel=1e-9)
     # Each triangle is scaled as much as its own frequency asks for, and no more.
     numerics = scaled.numerics
-    scale = np.maximum(triangle_frequencies(ply, numerics) * (target / 0.9) ** 2 / 4, 1.0)
+    scale = np.maximum(frequencies(ply, numerics) * (target / 0.9) ** 2 / 4, 1.0)
     extra = (ELASTIC.areal_density * ply.mesh.areas * (scale - 1)).sum()
     assert heavy.added.sum() == pytest.approx(extra, rel=1e-12)
     result = scaled.run(device=device, frames=1)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 from contact_oracle import nearest_on_triangles
+from interaction_checks import of_kind
 from law_checks import fabric
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact.tool_contact import ToolContact
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.materials.laws import LinearTension
@@ -29,11 +31,21 @@ def searcher(tools, device="cpu", cells=10, **numerics):
     return model, initial_state(model)
 
 
-def found(state):
+def search_of(model):
+    """How far contact with tools looks."""
+    (contact,) = model.contacts
+    return contact.search
+
+
+def memory_of(model, state):
+    return of_kind(model, state, ToolContact)[1]
+
+
+def found(model, state):
     """What the last search kept of the one tool: whether near, and the plane's normal and level."""
-    planes = state.tool_planes.numpy()
+    planes = memory_of(model, state).planes.numpy()
     near = (planes["normal"] != 0.0).any(axis=1)
-    np.testing.assert_array_equal(near, state.tool_touching.numpy() == 1)
+    np.testing.assert_array_equal(near, memory_of(model, state).touching.numpy() == 1)
     return near, planes["normal"], planes["level"]
 
 
@@ -51,9 +63,9 @@ def test_gap_to_a_sphere_converges_with_the_facets(device):
     for facet in (7e-3, 3.5e-3, 1.75e-3):
         model, state = searcher([Tool.sphere(radius=RADIUS, facet=facet)], device, cells=30)
         x, distance, out = near_sphere(len(model.masses.mass), rng, -5e-5, 4e-4)
-        state.x.assign(x)
+        state.plies.x.assign(x)
         search_contacts(model, state)
-        near, normal, level = found(state)
+        near, normal, level = found(model, state)
         assert near.all()
         gap = (normal * x).sum(axis=1) - level + HALF
         gaps.append(np.abs(gap - distance).max())
@@ -107,17 +119,17 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
     round_it = rng.uniform(-8e-5, 8e-5, (count, 3))
     x[::4], x[1::4] = (sharp + round_it)[::4], (on_edge + round_it)[1::4]
     shift = np.array([0.1, -0.2, 0.3])
-    state.tool_shift.assign(shift[None])
-    state.x.assign(x + shift)
+    state.tools.shift.assign(shift[None])
+    state.plies.x.assign(x + shift)
     search_contacts(model, state)
-    near, normal, _ = found(state)
+    near, normal, _ = found(model, state)
     exact = distances(x, tool.surface.mesh.triangles)
-    reach = HALF + model.search.reach
+    reach = HALF + search_of(model).reach
     # The query sees positions in single precision: 3e-9 m at 0.05 m from the origin.
     assert near[exact < reach - 1e-8].all()
     assert not near[exact > reach + 1e-8].any()
     assert 0.2 < near.mean() < 0.98
-    apart = state.tool_queries.numpy()["distance"]
+    apart = memory_of(model, state).queries.numpy()["distance"]
     np.testing.assert_allclose(apart[near], exact[near], atol=1e-8)
     np.testing.assert_allclose(np.linalg.norm(normal[near], axis=1), 1.0, atol=1e-12)
 
@@ -125,20 +137,20 @@ def test_nearest_facet_is_that_of_brute_force(shape, device):
 def test_points_not_asked_anew_are_never_missed(device):
     # They wander in from beyond the search radius, half a slide between two searches.
     model, state = searcher([Tool.sphere(radius=RADIUS)], device, cells=20)
-    slide, edge = model.scene.numerics.search_slide, model.search.radius
+    slide, edge = model.scene.numerics.search_slide, search_of(model).radius
     rng = np.random.default_rng(4)
     x, _, out = near_sphere(len(model.masses.mass), rng, edge - 1e-3, edge + 1e-3)
     drift = -rng.uniform(0.5, 1.0, len(x))[:, None] * out
     asked = 0
     for _ in range(120):
         x = x + 0.5 * slide * (drift + rng.uniform(-0.1, 0.1, x.shape))
-        before = state.tool_queries.numpy()["at"].copy()
-        state.x.assign(x)
+        before = memory_of(model, state).queries.numpy()["at"].copy()
+        state.plies.x.assign(x)
         search_contacts(model, state)
-        asked += (state.tool_queries.numpy()["at"] != before).any(axis=1).sum()
+        asked += (memory_of(model, state).queries.numpy()["at"] != before).any(axis=1).sum()
         distance = np.linalg.norm(x - CENTER, axis=1) - RADIUS
         touching = np.abs(distance) < HALF + slide
-        assert found(state)[0][touching].all()
+        assert found(model, state)[0][touching].all()
     assert touching.mean() > 0.1
     assert asked < 0.7 * 120 * len(x)
 
@@ -155,10 +167,10 @@ def test_points_faster_than_any_tool_are_met_before_they_enter(device):
     growth = 1.33
     met = np.zeros(len(x), bool)
     for _ in range(60):
-        state.x.assign(x)
-        state.v.assign(-speed[:, None] * out)
+        state.plies.x.assign(x)
+        state.plies.v.assign(-speed[:, None] * out)
         search_contacts(model, state)
-        near = found(state)[0]
+        near = found(model, state)[0]
         speed = np.where(met, speed, np.minimum(growth * speed, 20.0 * slide / interval))
         distance = distance - np.where(met, 0.0, speed * interval)
         enters = ~met & (distance < HALF)
@@ -182,12 +194,15 @@ def test_a_fast_search_leaves_planes_as_a_plain_one_finds_them(device):
     asked, touched = 0, 0
     for step in range(100):
         x = x + 0.3 * slide * (way - 0.5 * np.sin(0.1 * step) * out)
-        before = kept.tool_queries.numpy()["at"].copy()
+        before = memory_of(fast, kept).queries.numpy()["at"].copy()
         for model, state in ((fast, kept), (plain, fresh)):
-            state.x.assign(x)
+            state.plies.x.assign(x)
             search_contacts(model, state)
-        asked += (kept.tool_queries.numpy()["at"] != before).any(axis=1).sum()
-        (near, normal, level), (true_near, true_normal, true_level) = found(kept), found(fresh)
+        asked += (memory_of(fast, kept).queries.numpy()["at"] != before).any(axis=1).sum()
+        (near, normal, level), (true_near, true_normal, true_level) = (
+            found(fast, kept),
+            found(plain, fresh),
+        )
         gap, true_gap = (
             (n * x).sum(axis=1) - h for n, h in ((normal, level), (true_normal, true_level))
         )
@@ -226,10 +241,10 @@ def test_a_facet_that_serves_on_is_the_nearest_still(name, device):
     served = 0
     for _ in range(12):
         x = x + 0.7 * slide * way
-        before = state.tool_queries.numpy().copy()
-        state.x.assign(x)
+        before = memory_of(model, state).queries.numpy().copy()
+        state.plies.x.assign(x)
         search_contacts(model, state)
-        after = state.tool_queries.numpy()
+        after = memory_of(model, state).queries.numpy()
         looked, asked = ((before[f] != after[f]).any(axis=1) for f in ("at", "asked"))
         on = np.flatnonzero(looked & ~asked)
         nearest, *_ = nearest_on_triangles(x[on], corners, k=300)
@@ -248,13 +263,13 @@ def test_facets_that_lie_deep_inside_the_surface_hide_no_contact(facet, device):
     height = np.linalg.norm(middles, axis=1)
     lowest = np.argsort(height)[: len(model.masses.mass)]
     out = middles[lowest] / height[lowest][:, None]
-    start = height[lowest] - RADIUS + model.search.radius + 1e-6
+    start = height[lowest] - RADIUS + search_of(model).radius + 1e-6
     for step in range(60):
         distance = start - step * slide
-        state.x.assign((RADIUS + distance)[:, None] * out + CENTER)
+        state.plies.x.assign((RADIUS + distance)[:, None] * out + CENTER)
         search_contacts(model, state)
         touching = np.abs(distance) < HALF + slide
-        assert found(state)[0][touching].all()
+        assert found(model, state)[0][touching].all()
     assert touching.all()
 
 
@@ -277,14 +292,14 @@ def test_a_pressed_vertex_feels_penalty_off_half_the_thickness(share, device):
         state = initial_state(model)
         x = ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - depth)  # flat: no membrane force
         stepper = Stepper(model, state)
-        state.x.assign(x)
+        state.plies.x.assign(x)
         stepper.begin_frame(1)
         stepper.block()
-        force = model.masses.mass * state.v.numpy()[:, 2] / model.timing.time_step
+        force = model.masses.mass * state.plies.v.numpy()[:, 2] / model.timing.time_step
         expected = share * model.masses.mass / model.timing.time_step**2 * max(depth, 0.0)
         np.testing.assert_allclose(force, expected, rtol=1e-8, atol=1e-20)
-        np.testing.assert_allclose(state.v.numpy()[:, :2], 0.0, atol=1e-6 * abs(depth) / 1e-6)
-        pushed = state.impulse.numpy()[0]
+        np.testing.assert_allclose(state.plies.v.numpy()[:, :2], 0.0, atol=1e-6 * abs(depth) / 1e-6)
+        pushed = state.tools.impulse.numpy()[0]
         np.testing.assert_allclose(pushed, (0.0, 0.0, -expected.sum()), rtol=1e-8, atol=1e-15)
 
 
@@ -302,19 +317,19 @@ def test_friction_of_a_slipping_vertex_opposes_slip_and_obeys_coulomb(device):
     )
     model = build_model(scene, device, 1)
     state = initial_state(model)
-    state.x.assign(ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - 1e-7))
+    state.plies.x.assign(ply.rest_points * (1.0, 1.0, 0.0) + (0.0, 0.0, HALF - 1e-7))
     velocity = np.array([3.0, -4.0, 0.0])
-    state.v.assign(np.broadcast_to(velocity, (len(ply.rest_points), 3)))
+    state.plies.v.assign(np.broadcast_to(velocity, (len(ply.rest_points), 3)))
     stepper = Stepper(model, state)
     stepper.begin_frame(1)
     stepper.block()
-    force = model.masses.mass[:, None] * (state.v.numpy() - velocity) / model.timing.time_step
+    force = model.masses.mass[:, None] * (state.plies.v.numpy() - velocity) / model.timing.time_step
     normal = (
         model.scene.numerics.contact_share * model.masses.mass / model.timing.time_step**2 * 1e-7
     )
     expected = normal[:, None] * (-0.25 * 0.6, 0.25 * 0.8, 1.0)
     np.testing.assert_allclose(force, expected, rtol=1e-6)
-    lost = state.lost.numpy()
+    lost = state.plies.lost.numpy()
     slid = 5.0 * model.timing.time_step
     work = 0.25 * normal * slid
     # The spring was slack before: half of its force acted over the step's mean.

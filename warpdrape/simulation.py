@@ -11,9 +11,16 @@ from typing import Any
 import numpy as np
 
 from warpdrape.dynamics.crew import choose_threads
-from warpdrape.dynamics.energy import Energies, balance, kinetic_energy, measure_membranes
+from warpdrape.dynamics.energy import (
+    Energies,
+    balance,
+    internal_energy,
+    kinetic_energy,
+    measure,
+    of_forces,
+)
 from warpdrape.dynamics.loading import Loading
-from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.phases import Profile
 from warpdrape.dynamics.start_check import (
     check_clamps,
@@ -24,14 +31,16 @@ from warpdrape.dynamics.start_check import (
 )
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError, RunFailed
+from warpdrape.interaction import Measured
 from warpdrape.results.history import history_row
 from warpdrape.results.progress import Progress
 from warpdrape.results.result import FormedPly, Result, read_plies
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
-from warpdrape.results.summary import ENERGY_FAILURE, ContactExtremes, summarise
+from warpdrape.results.summary import ENERGY_FAILURE, summarise
 from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
 from warpdrape.setup import Setup
+from warpdrape.state import State
 from warpdrape.warp_start import check_device
 
 
@@ -108,13 +117,12 @@ def _step_frame(
         for _ in range((len(times) - 1) // timing.search_every):
             stepper.block()
             recorder.steps += timing.search_every
-            vertex = int(state.runaway.numpy()[0])
+            vertex = int(state.plies.runaway.numpy()[0])
             if vertex >= 0:
                 when = recorder.steps * timing.time_step
                 raise RunFailed(where_it_blew_up(model, vertex, when))
         if loading.limited:
-            _, _, energy = measure_membranes(model, state)
-            loading.adapt(kinetic_energy(model, state)[0], float(energy.sum()))
+            loading.adapt(kinetic_energy(model, state)[0], internal_energy(model, state))
 
 
 def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
@@ -128,9 +136,9 @@ def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
 
 def place(model: Model, vertex: int) -> str:
     """Name the ply, and a triangle in it, of a vertex."""
-    for ply, membrane in zip(model.scene.plies, model.membranes, strict=True):
-        local = vertex - membrane.first_vertex
-        if 0 <= local < membrane.vertex_count:
+    for ply, span in zip(model.scene.plies, model.spans, strict=True):
+        local = vertex - span.first_vertex
+        if 0 <= local < span.vertex_count:
             triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
             return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
     raise IndexError(f"no ply has vertex {vertex}")
@@ -155,7 +163,7 @@ class Recorder:
         self._model, self._folder = model, folder
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
-        self._contacts = ContactExtremes(*[np.zeros(0)] * 4)
+        self._measured: tuple[Measured, ...] = ()
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -189,15 +197,15 @@ class Recorder:
             with self.profile.timed("output"):
                 self._history.append(row)
                 frames = [ply.frame() for ply in self._plies]
-                self._usd.write(frame, row["time_s"], frames, state.tool_shift.numpy())
+                self._usd.write(frame, row["time_s"], frames, state.tools.shift.numpy())
         return row
 
     def _take_down(self, state: State) -> dict[str, float]:
         model, loading = self._model, self._loading
-        strains, tensions, energy = measure_membranes(model, state)
-        energies = balance(model, state, energy)
+        measured = measure(model, state)
+        energies = balance(model, state, measured)
         now, steps = loading.simulated, self.steps - self._steps_before
-        plies = read_plies(model, state, strains, tensions)
+        plies = read_plies(model, state, of_forces(model, measured))
         self._refuse_nonsense(plies, now)
         self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
@@ -205,11 +213,11 @@ class Recorder:
         for name, value in row.items():
             if not np.isfinite(value):
                 raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")
-        state.impulse.zero_()
-        state.clamp_force.zero_()
+        state.tools.impulse.zero_()
+        state.clamps.force.zero_()
         self._rows.append(row)
         self._steps_before = self.steps
-        self._plies, self._contacts = plies, ContactExtremes.of(state)
+        self._plies, self._measured = plies, measured
         return row
 
     def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
@@ -233,7 +241,7 @@ class Recorder:
         speed = model.medium.speed_limit / 100.0
         scale = max(energies.largest, 0.5 * float(model.masses.mass.sum()) * speed**2)
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
-            fastest = int(np.argmax((state.v.numpy() ** 2).sum(axis=1)))
+            fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
             raise RunFailed(
                 f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
                 f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
@@ -255,7 +263,7 @@ class Recorder:
         failure = failure or self._save_frames()
         summary = summarise(
             model,
-            self._contacts,
+            self._measured,
             history,
             self._plies,
             self._loading,

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import warp as wp
 
-from warpdrape.dynamics.model import Model, State
+from warpdrape.dynamics.model import Model
+from warpdrape.interaction import Measured
+from warpdrape.state import State
 
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies at one instant, and works done up to it [J]."""
+    """Energies at one instant, and works done up to it [J]; ``stored`` in the plies, by name."""
 
     kinetic: float
-    yarn: float
-    shear: float
-    stabiliser: float
+    stored: Mapping[str, float]
     contact: float
     friction: float
     contact_damping: float
@@ -31,7 +31,7 @@ class Energies:
     @property
     def internal(self) -> float:
         """Stored in the plies [J]."""
-        return self.yarn + self.shear + self.stabiliser
+        return sum(self.stored.values())
 
     @property
     def damping(self) -> float:
@@ -57,30 +57,31 @@ class Energies:
         )
 
 
-def measure_membranes(model: Model, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Yarn strains [-], line tensions [N/m] and (yarn, shear, stabiliser) energy [J].
+def measure(model: Model, state: State) -> tuple[Measured, ...]:
+    """What every force and contact shows now, in the model's order."""
+    return tuple(
+        thing.measure(state.plies, memory)
+        for thing, memory in zip(model.interactions, state.memory, strict=True)
+    )
 
-    Returns:
-        Shapes [triangle, 2], [triangle, 2] and [triangle, 3].
-    """
-    strains, tensions, energies = [], [], []
-    for membrane in model.membranes:
-        n = membrane.triangle_count
-        strain = wp.empty(n, dtype=wp.vec2d, device=model.device)
-        tension = wp.empty(n, dtype=wp.vec2d, device=model.device)
-        energy = wp.empty(n, dtype=wp.vec3d, device=model.device)
-        kernel, count, inputs = membrane.measurement
-        wp.launch(
-            kernel,
-            count,
-            inputs=[*inputs, state.x],
-            outputs=[strain, tension, energy],
-            device=model.device,
-        )
-        strains.append(strain.numpy())
-        tensions.append(tension.numpy())
-        energies.append(energy.numpy())
-    return np.concatenate(strains), np.concatenate(tensions), np.concatenate(energies)
+
+def internal_energy(model: Model, state: State) -> float:
+    """Stored in the plies [J]."""
+    return sum(_total(of_forces(model, measure(model, state))).values())
+
+
+def of_forces(model: Model, measured: Sequence[Measured]) -> Sequence[Measured]:
+    """What forces show, without contacts."""
+    return measured[: len(model.forces)]
+
+
+def _total(measured: Iterable[Measured]) -> dict[str, float]:
+    """Stored energies by name [J]."""
+    total: dict[str, float] = {}
+    for each in measured:
+        for name, energy in each.stored.items():
+            total[name] = total.get(name, 0.0) + energy
+    return total
 
 
 def kinetic_energy(model: Model, state: State) -> tuple[float, float]:
@@ -88,44 +89,41 @@ def kinetic_energy(model: Model, state: State) -> tuple[float, float]:
 
     With selective mass scaling, momentum over lumped mass is w: ½ Σ m v·w.
     """
-    v, mass = state.v.numpy(), model.masses.mass
-    w = v if model.selective is None else state.w.numpy()
+    v, mass = state.plies.v.numpy(), model.masses.mass
+    w = v if model.selective is None else state.scaled.w.numpy()
     plies = 0.5 * mass @ np.einsum("ij,ij->i", v, w)
     unscaled = 0.5 * (mass - model.masses.added) @ np.einsum("ij,ij->i", v, v)
     floats = model.floating.floats.numpy() == 1
-    tool_speed = (state.tool_velocity.numpy() ** 2).sum(axis=1)
+    tool_speed = (state.tools.velocity.numpy() ** 2).sum(axis=1)
     tools = 0.5 * (model.floating.mass.numpy() * tool_speed)[floats].sum()
     return float(plies + tools), float(plies - unscaled)
 
 
-def balance(model: Model, state: State, membrane_energy: np.ndarray) -> Energies:
+def balance(model: Model, state: State, measured: Sequence[Measured]) -> Energies:
     """Add up the energies.
 
     Args:
         model: the model.
         state: its state.
-        membrane_energy: (yarn, shear, stabiliser) [J], shape [triangle, 3].
+        measured: from `measure`.
     """
     scene = model.scene
-    x = state.x.numpy()
     kinetic, added = kinetic_energy(model, state)
-    lost = np.einsum("ij->j", state.lost.numpy())
+    lost = np.einsum("ij->j", state.plies.lost.numpy())
     gravity = np.asarray(scene.gravity, dtype=float)
     weighing = model.masses.mass - model.masses.added
-    fallen = np.einsum("i,ij->j", weighing, x - model.rest.numpy())
-    yarn, shear, stabiliser = np.einsum("ij->j", membrane_energy)
+    fallen = np.einsum("i,ij->j", weighing, state.plies.x.numpy() - model.rest.numpy())
+    contacts = _total(measured[len(model.forces) :])
     return Energies(
         kinetic=kinetic,
-        yarn=float(yarn),
-        shear=float(shear),
-        stabiliser=float(stabiliser),
-        contact=float(state.tool_holds.numpy()["stored"].sum() + state.ply_stored.numpy().sum()),
+        stored=_total(of_forces(model, measured)),
+        contact=contacts.get("contact", 0.0),
         friction=float(lost[0]),
         contact_damping=float(lost[1]),
         mass_damping=float(lost[2]),
-        tool_damping=float(state.tool_damped.numpy().sum()),
-        tool_work=float(state.tool_work.numpy().sum()),
-        clamp_work=float(state.clamp_work.numpy().sum()),
+        tool_damping=float(state.tools.damped.numpy().sum()),
+        tool_work=float(state.tools.work.numpy().sum()),
+        clamp_work=float(state.clamps.work.numpy().sum()),
         gravity_work=float(fallen @ gravity),
         added_mass_kinetic=added,
     )

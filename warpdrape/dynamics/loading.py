@@ -13,12 +13,12 @@ import math
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.dynamics.timing import Timing, frame_times
 from warpdrape.forces.membrane import flat_gradients
 from warpdrape.materials.law_curves import sample_couples
 from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.setup import Setup
+from warpdrape.timing import Timing, frame_times
 
 SLOWEST_PACE = 0.1
 """Least loading time that passes in a second [-]."""

@@ -8,15 +8,14 @@ the forces that the others scattered there have been added. With one part nothin
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
 
 import numpy as np
-import warp as wp
 
-from warpdrape.dynamics.model import Model, PlyPair, State
-from warpdrape.forces.membrane import Membrane
+from warpdrape.dynamics.model import Model
+from warpdrape.interaction import Bodies, Launches, Run, Share
+from warpdrape.state import State, with_own
 
 MOST_RUNS = 8
 """Runs of consecutive vertices that a part of a ply may have, each a launch more. Where more would
@@ -28,24 +27,6 @@ LARGEST = 1.15
 """Vertices of a part over the mean beyond which a ply is cut so too [-]."""
 
 
-class Run(NamedTuple):
-    """Consecutive entries of an array."""
-
-    first: int
-    count: int
-
-
-class Contacts(NamedTuple):
-    """Vertices of one ply that a part looks at for contact with another."""
-
-    number: int
-    """Of the pair of plies."""
-    pair: PlyPair
-    first_vertex: int
-    first_slot: int
-    count: int
-
-
 @dataclass(frozen=True, eq=False)
 class Part:
     """What one part of a model launches.
@@ -53,22 +34,16 @@ class Part:
     Attributes:
         number: of the part; 0 also moves the tools and adds up what the parts have apart.
         model: the whole model.
-        loads: the elements, as `Membrane.loads`.
         vertices: those that it moves.
-        contacts: those that it looks at for contact between plies.
-        plies: numbers of the plies whose query mesh it moves along.
-        scattering: the state with this part's own array of forces.
-        moving: likewise, and with its own tool reactions, clamp forces and extremes.
+        launches: of all forces and contacts, in their order.
+        state: the state, with this part's own arrays where parts have them apart.
     """
 
     number: int
     model: Model
-    loads: tuple[tuple[Any, int, list], ...]
     vertices: tuple[Run, ...]
-    contacts: tuple[Contacts, ...]
-    plies: tuple[int, ...]
-    scattering: State
-    moving: State
+    launches: Launches
+    state: State
 
 
 def split(model: Model, state: State, count: int) -> tuple[Part, ...]:
@@ -79,66 +54,53 @@ def split(model: Model, state: State, count: int) -> tuple[Part, ...]:
         state: its state; part 0 works on it directly.
         count: number of parts.
     """
-    owners = [_vertex_owners(model, membrane, count) for membrane in model.membranes]
-    return tuple(_part(model, state, count, number, owners) for number in range(count))
+    parts = []
+    for number, share in enumerate(shares(model, count)):
+        own = state if number == 0 else with_own(state)
+        every = launches_of(model, share, own)
+        parts.append(Part(number, model, share.vertices, sum(every, Launches()), own))
+    return tuple(parts)
 
 
-def _part(
-    model: Model, state: State, count: int, number: int, owners: Sequence[np.ndarray]
-) -> Part:
-    loads, contacts = [], []
-    runs = []
-    for membrane, owner in zip(model.membranes, owners, strict=True):
-        for kernel, total, inputs in membrane.loads:
-            first, n = _share(total, count, number)
-            if n:
-                loads.append((kernel, n, [inputs[0] + first, *inputs[1:]]))
-        runs.append([Run(membrane.first_vertex + r.first, r.count) for r in _runs(owner == number)])
-    for pair_number, pair in enumerate(model.ply_pairs):
-        shift = pair.first_slot - model.membranes[pair.searching].first_vertex
-        contacts += [
-            Contacts(pair_number, pair, run.first, run.first + shift, run.count)
-            for run in runs[pair.searching]
-        ]
-    own = (lambda array: array) if number == 0 else wp.zeros_like
-    extremes = ("tool_deepest", "ply_deepest", "ply_jump", "reaction", "clamp_force")
-    runaway = state.runaway if number == 0 else wp.clone(state.runaway)
-    scattering = replace(state, f=own(state.f))
-    return Part(
-        number=number,
-        model=model,
-        loads=tuple(loads),
-        vertices=_joined([run for of_ply in runs for run in of_ply]),
-        contacts=tuple(contacts),
-        plies=tuple(range(number, len(model.membranes), count)),
-        scattering=scattering,
-        moving=replace(
-            scattering, runaway=runaway, **{k: own(getattr(state, k)) for k in extremes}
-        ),
+def launches_of(model: Model, share: Share, state: State) -> list[Launches]:
+    """What a part launches for each force and contact, in the model's order."""
+    bodies = Bodies(state.plies, state.tools, state.clamps, state.step)
+    return [
+        thing.launches(share, bodies, memory)
+        for thing, memory in zip(model.interactions, state.memory, strict=True)
+    ]
+
+
+def shares(model: Model, count: int) -> tuple[Share, ...]:
+    """Which vertices each of so many parts moves."""
+    by_part: list[list[tuple[Run, ...]]] = [[] for _ in range(count)]
+    order = model.forces[0].order  # the membrane's elements are most of the work
+    for number, span in enumerate(model.spans):
+        owner = _vertex_owners(model, number, order[number], count)
+        for part, runs in enumerate(by_part):
+            own = [Run(span.first_vertex + r.first, r.count) for r in _runs(owner == part)]
+            runs.append(tuple(own))
+    return tuple(
+        Share(part, count, _joined([run for of_ply in runs for run in of_ply]), tuple(runs))
+        for part, runs in enumerate(by_part)
     )
 
 
-def _share(total: int, count: int, number: int) -> Run:
-    """Part ``number`` of ``total`` things cut into ``count`` runs."""
-    first, last = total * number // count, total * (number + 1) // count
-    return Run(first, last - first)
-
-
-def _vertex_owners(model: Model, membrane: Membrane, count: int) -> np.ndarray:
+def _vertex_owners(model: Model, number: int, order: np.ndarray, count: int) -> np.ndarray:
     """Part of every vertex of a ply: that of the first element beside it, shape [vertex].
 
     By number alone where its vertices would lie scattered, or the parts differ too much.
     """
-    n = membrane.vertex_count
+    span = model.spans[number]
+    n, m = span.vertex_count, span.triangle_count
     by_number = np.arange(n) * count // n
     if count == 1:
         return by_number
-    position = np.empty(membrane.triangle_count, np.int64)
-    position[membrane.order] = np.arange(membrane.triangle_count)
-    part = position * count // membrane.triangle_count
+    position = np.empty(m, np.int64)
+    position[order] = np.arange(m)
+    part = position * count // m
     owner = np.full(n, count)
-    corners = membrane.triangles.numpy() - membrane.first_vertex
-    np.minimum.at(owner, corners, part[:, None])
+    np.minimum.at(owner, np.asarray(model.scene.plies[number].mesh.triangles), part[:, None])
     for run in _runs_alike(owner):
         if run.count * SHORT < n / count and run.first > 0:  # a ragged end: not worth a launch
             owner[run.first : sum(run)] = owner[run.first - 1]

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 
 import warp as wp
 
-from warpdrape.dynamics import launches
-from warpdrape.dynamics.model import ASK_EVERY, Model, State
-from warpdrape.dynamics.partition import Part, split
+from warpdrape.contact.ply_contact import ASK_EVERY
+from warpdrape.dynamics import integration
+from warpdrape.dynamics.model import Model
+from warpdrape.dynamics.partition import launches_of, shares, split
+from warpdrape.interaction import Launch, Launches
+from warpdrape.state import State, all_arrays, copied
 
-PER_STEP: dict[str, Callable[[Part], None]] = {
-    "elements": launches.add_element_forces,
-    "tool contact": launches.add_tool_contact,
-    "ply contact": launches.add_ply_contact,
-    "integration": launches.advance,
-}
-"""Phases of every step."""
 LAUNCHES = 20
 """Steps of one phase that are timed together."""
 REPEAT = 3
@@ -42,12 +38,15 @@ def time_phases(
         state: its state.
         clock: a clock [s].
     """
-    names = [field.name for field in dataclasses.fields(State)]
-    scratch = State(**{name: wp.clone(getattr(state, name)) for name in names})
+    scratch = copied(state)
+    pairs = [
+        (to, array)
+        for (_, to, _), (_, array, _) in zip(all_arrays(scratch), all_arrays(state), strict=True)
+    ]
 
     def restore() -> None:
-        for name in names:
-            wp.copy(getattr(scratch, name), getattr(state, name))
+        for to, array in pairs:
+            wp.copy(to, array)
         scratch.step.zero_()  # the tables of prescribed motion begin there
 
     def timed(run: Callable[[], None]) -> float:
@@ -62,27 +61,61 @@ def time_phases(
         return statistics.median(seconds[1:])
 
     (whole,) = split(model, scratch, 1)
+    (share,) = shares(model, 1)
 
-    def captured(phase: Callable[[Part], None], count: int) -> Callable[[], None]:
+    def captured(phase: Callable[[], None], count: int = 1) -> Callable[[], None]:
         with wp.ScopedCapture(device=model.device) as capture:
             for _ in range(count):
-                phase(whole)
+                phase()
         return lambda: wp.capture_launch(capture.graph)
 
     count, every = min(LAUNCHES, model.timing.steps_ahead), model.timing.search_every
-    absent = (not model.scene.tools and "tool contact", not model.ply_pairs and "ply contact")
-    costs = {
-        name: timed(captured(phase, count)) / count
-        for name, phase in PER_STEP.items()
-        if name not in absent
-    }
-    if model.scene.tools:
-        costs["tool search"] = timed(captured(launches.search_tools, 1)) / every
-    if model.ply_pairs:
-        ask = timed(lambda: launches.search_plies(whole, asking=True))
-        walk = timed(lambda: launches.search_plies(whole, asking=False))
-        costs["ply search"] = (ask + (ASK_EVERY - 1) * walk) / (ASK_EVERY * every)
-    return costs
+    costs: dict[str, float] = {}
+    searches: dict[str, float] = {}
+    for thing, launches in zip(model.interactions, launches_of(model, share, scratch), strict=True):
+        run = partial(_launch, launches.scatter + launches.push, model.device)
+        costs[thing.name] = timed(captured(run, count)) / count
+        if thing.searches:
+            before = captured(partial(_launch, launches.prepare, model.device))
+            ask, walk = (
+                captured(partial(_launch, launches.measure + stage, model.device))
+                for stage in (launches.ask, launches.walk)
+            )
+            copy = captured(partial(_launch, launches.copy, model.device))
+            searches[thing.searches] = _search(launches, before, copy, ask, walk, timed) / every
+    costs["integration"] = timed(captured(partial(integration.advance, whole), count)) / count
+    return costs | searches
+
+
+def _launch(launches: Sequence[Launch], device: str) -> None:
+    for launch in launches:
+        launch(device)
+
+
+def _search(
+    launches: Launches,
+    prepare: Callable[[], None],
+    copy: Callable[[], None],
+    ask: Callable[[], None],
+    walk: Callable[[], None],
+    timed: Callable[[Callable[[], None]], float],
+) -> float:
+    """Time of a search [s], on average over those that ask and those that walk."""
+
+    def asking() -> None:
+        prepare()
+        copy()
+        for mesh in launches.refit:
+            mesh.refit()
+        ask()
+
+    def walking() -> None:
+        prepare()
+        walk()
+
+    if launches.ask == launches.walk:
+        return timed(walking)
+    return (timed(asking) + (ASK_EVERY - 1) * timed(walking)) / ASK_EVERY
 
 
 class Profile:
@@ -97,7 +130,10 @@ class Profile:
         """
         self._model, self._sampling = model, sampling
         self._seconds = {"stepping": 0.0, "results": 0.0, "output": 0.0, "profiling": 0.0}
-        self._phases = dict.fromkeys((*PER_STEP, "tool search", "ply search"), 0.0)
+        things = [*model.forces, *model.contacts]
+        names = [thing.name for thing in things]
+        names += ["integration", *(thing.searches for thing in things if thing.searches)]
+        self._phases = dict.fromkeys(names, 0.0)
         self._sampled = self._steps = 0
 
     @contextmanager

@@ -142,6 +142,28 @@ class SelectiveMass:
     powers: tuple[Power, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class ScaledState:
+    """What selective mass scaling carries along [m/s], each of shape [vertex].
+
+    Attributes:
+        w: momenta over lumped mass.
+        mean_w: their mean over the step, where there is damping.
+        power_now: a term of the recurrence from momenta to velocities.
+        power_old: the term before.
+    """
+
+    w: wp.array
+    mean_w: wp.array
+    power_now: wp.array
+    power_old: wp.array
+
+
+def start_scaled(vertices: int, device: str) -> ScaledState:
+    """At rest."""
+    return ScaledState(*(wp.zeros(vertices, dtype=wp.vec3d, device=device) for _ in range(4)))
+
+
 def build_selective_mass(
     scene: Setup, mass: np.ndarray, polynomial: Polynomial, device: str
 ) -> SelectiveMass | None:

@@ -6,10 +6,12 @@ import numpy as np
 
 from warpdrape.blanks.outlines import enclosed
 from warpdrape.blanks.ply import Ply
-from warpdrape.dynamics.model import Model, State
+from warpdrape.dynamics.energy import measure
+from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.errors import InputError
 from warpdrape.setup import Setup
+from warpdrape.state import State
 from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
@@ -119,9 +121,11 @@ def check_contacts(model: Model, state: State) -> None:
     limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
     Stepper(model, state).begin(np.zeros(1))
     if scene.tools:  # a path may start away from zero
-        state.tool_shift.assign(state.tool_path.numpy()[:, 0])
+        state.tools.shift.assign(state.tools.path.numpy()[:, 0])
     search_contacts(model, state)
-    for tool, depth in zip(scene.tools, state.tool_deepest.numpy(), strict=True):
+    met = [entry for each in measure(model, state) for entry in each.entries.get("tools", ())]
+    for tool, entry in zip(scene.tools, met, strict=True):
+        depth = entry["max_penetration_m"]
         if depth > limit:
             raise InputError(
                 f"tool {tool.name!r} starts {1e3 * depth:.4g} mm inside a ply: move it away by that"

@@ -9,13 +9,16 @@ from functools import partial
 import numpy as np
 import warp as wp
 
-from warpdrape.dynamics import launches
+from warpdrape.contact.ply_contact import ASK_EVERY
+from warpdrape.dynamics import integration
 from warpdrape.dynamics.cores import SpareCores
 from warpdrape.dynamics.crew import Barrier, Crew
-from warpdrape.dynamics.model import ASK_EVERY, Model, State
+from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
-from warpdrape.dynamics.timing import frame_times
+from warpdrape.interaction import Launch
+from warpdrape.state import State
+from warpdrape.timing import frame_times
 from warpdrape.tools.motion import Float
 
 FEW_STEPS = range(6, 13)
@@ -24,11 +27,27 @@ Section = Callable[[Part, Sequence[Part]], None]
 """Launches that a part can make, given all parts, while the others are in the same section."""
 
 
-def search_contacts(model: Model, state: State) -> None:
-    """Find what each vertex may touch until the next search."""
+def search_contacts(model: Model, state: State, *, asking: bool = True) -> None:
+    """Find what each vertex may touch until the next search.
+
+    Args:
+        model: the model.
+        state: its state.
+        asking: whether every vertex asks for the facet nearest to it; else it walks there.
+    """
     (whole,) = split(model, state, 1)
-    launches.search_tools(whole)
-    launches.search_plies(whole)
+    _launch(whole, whole.launches.prepare)
+    if asking:
+        _launch(whole, whole.launches.copy)
+        refit(whole)
+    for section in search_sections(asking=asking):
+        section(whole, [whole])
+
+
+def refit(part: Part) -> None:
+    """Refit the query meshes that a part has in its care."""
+    for mesh in part.launches.refit:
+        mesh.refit()
 
 
 def step(whole: Part) -> None:
@@ -43,7 +62,7 @@ def search_sections(*, asking: bool) -> list[Section]:
     Args:
         asking: whether every vertex asks for the facet nearest to it; else it walks there.
     """
-    return [_measure_hollows, partial(_find, asking)]
+    return [_measure, _ask if asking else _walk]
 
 
 def powers_of(model: Model) -> int:
@@ -61,28 +80,35 @@ def step_sections(count: int, powers: int = 0) -> list[Section]:
     return [_scatter, *(section for end in ends for section in (*moves, end))]
 
 
-def _measure_hollows(part: Part, _: Sequence[Part]) -> None:
-    launches.measure_hollows(part)
+def _launch(part: Part, launches: Sequence[Launch]) -> None:
+    for launch in launches:
+        launch(part.model.device)
 
 
-def _find(asking: bool, part: Part, _: Sequence[Part]) -> None:
-    launches.find_plies(part, asking)
-    launches.search_tools(part)
+def _measure(part: Part, _: Sequence[Part]) -> None:
+    _launch(part, part.launches.measure)
+
+
+def _ask(part: Part, _: Sequence[Part]) -> None:
+    _launch(part, part.launches.ask)
+
+
+def _walk(part: Part, _: Sequence[Part]) -> None:
+    _launch(part, part.launches.walk)
 
 
 def _scatter(part: Part, _: Sequence[Part]) -> None:
-    launches.add_element_forces(part)
-    launches.add_ply_contact(part)
+    _launch(part, part.launches.scatter)
 
 
 def _move(part: Part, parts: Sequence[Part]) -> None:
-    launches.gather_forces(part, parts)
-    launches.add_tool_contact(part)
-    launches.advance_plies(part)
+    integration.gather_forces(part, parts)
+    _launch(part, part.launches.push)
+    integration.advance_plies(part)
 
 
 def _raise_power(number: int, part: Part, _: Sequence[Part]) -> None:
-    launches.raise_power_of(part, number)
+    integration.raise_power_of(part, number)
 
 
 def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
@@ -92,14 +118,14 @@ def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
 
 def _end_step(part: Part, parts: Sequence[Part]) -> None:
     if part.number == 0:
-        launches.gather_totals(parts)
-        launches.end_step(part.model, part.moving)
+        integration.gather_totals(parts)
+        integration.end_step(part.model, part.state)
 
 
 def _end_steps(part: Part, parts: Sequence[Part]) -> None:
     _end_step(part, parts)
     if part.number == 0:
-        launches.gather_extremes(parts)
+        integration.gather_extremes(parts)
 
 
 def steps_per_graph(steps: int) -> int:
@@ -151,7 +177,7 @@ class _Job:
         if asking:
             self._copy()
             for part in self._own:
-                launches.refit_plies(part)
+                refit(part)
         (self._ask if asking else self._walk)()
         for _ in range(self._times):
             self._few()
@@ -160,11 +186,11 @@ class _Job:
 
     def _launch_copies(self) -> None:
         for part in self._own:
-            launches.copy_plies(part)
+            _launch(part, part.launches.copy)
 
     def _launch_preparation(self) -> None:
         for part in self._own:
-            launches.measure_normals(part)
+            _launch(part, part.launches.prepare)
 
     def _launch(self, sections: Sequence[Section]) -> None:
         for section in sections:
@@ -233,14 +259,14 @@ class Stepper:
                     force[k] = tool.motion.force_at(time)
                 else:
                     path[k] = tool.motion.displacement(time)
-            state.tool_path.assign(path)
-            state.tool_force.assign(force)
+            state.tools.path.assign(path)
+            state.tools.force.assign(force)
         if scene.clamps:
             shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
             eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
             matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
-            state.clamp_shift.assign(shift.reshape(-1, 3))
-            state.clamp_matrix.assign(np.concatenate(matrix))
+            state.clamps.shift.assign(shift.reshape(-1, 3))
+            state.clamps.matrix.assign(np.concatenate(matrix))
         state.step.zero_()
 
     def block(self) -> None:

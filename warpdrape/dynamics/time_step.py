@@ -1,4 +1,4 @@
-"""The stable time step: yarns, shear, triangle heights, contact penalty; and mass scaling."""
+"""The stable time step: the bounds of all forces, the contacts' penalty; and mass scaling."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpdrape.blanks.ply import Ply
+from warpdrape.contact.law import step_share
+from warpdrape.dynamics.interactions import FORCES
 from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import flat_gradients, triangle_frequencies
+from warpdrape.forces.membrane import flat_gradients
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
-
-CONTACTS_AT_A_VERTEX = 8
-"""Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
-each pair of masses counted at both ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,30 +34,20 @@ class LumpedMass:
     stable_step: float
 
 
-def stable_step(highest: float, numerics: Numerics, contacts: bool) -> float:
-    """Largest stable step [s] of central differences, (Δt ω)² + Σ k_c Δt²/m + 2 Σ c Δt/m ≤ 4.
-
-    The dashpots, c = 2 ζ √(k m), act on the velocity half a step back, hence the last term; pressed
-    from two sides, a vertex feels two.
+def stable_step(highest: float, taken: float) -> float:
+    """Largest stable step [s] of central differences.
 
     Args:
-        highest: bound on ω² of the membranes [1/s²].
-        numerics: share of the penalty stiffness and damping of the contacts.
-        contacts: whether there is anything to touch.
-
-    Raises:
-        InputError: if the contacts alone need more than there is.
+        highest: bound on ω² of the forces [1/s²].
+        taken: what contacts take of the 4 in (Δt ω)² ≤ 4, from `step_share` [-].
     """
-    left = 4.0
-    if contacts:
-        share, damping = numerics.contact_share, numerics.contact_damping
-        left -= CONTACTS_AT_A_VERTEX * share + 2.0 * 4.0 * damping * math.sqrt(share)
-    if left <= 0.5:
-        raise InputError(
-            f"contact_share = {numerics.contact_share} with contact_damping = "
-            f"{numerics.contact_damping} leaves no stable step: lower one of them"
-        )
-    return math.sqrt(left / highest)
+    return math.sqrt((4.0 - taken) / highest)
+
+
+def frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply, all forces together."""
+    first, *others = (force.frequencies(ply, numerics) for force in FORCES)
+    return sum(others, first)
 
 
 def lump_masses(scene: Setup) -> LumpedMass:
@@ -67,15 +56,15 @@ def lump_masses(scene: Setup) -> LumpedMass:
     Raises:
         InputError: if selective mass scaling cannot do what is asked.
     """
-    contacts = bool(scene.tools) or len(scene.plies) > 1
+    taken = step_share(scene)
     numerics, allowed = scene.numerics, np.inf
     if numerics.minimum_time_step is not None:
-        share = stable_step(1.0, numerics, contacts) * numerics.safety / numerics.minimum_time_step
+        share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step
         allowed = share**2
     selective = numerics.mass_scaling == "selective"
     masses, added, highest = [], [], 0.0
     for ply in scene.plies:
-        frequency = triangle_frequencies(ply, numerics)
+        frequency = frequencies(ply, numerics)
         scale = np.maximum(frequency / (np.inf if selective else allowed), 1.0)
         _, areas = flat_gradients(ply)
         third = ply.fabric.areal_density * areas / 3.0
@@ -99,22 +88,5 @@ def lump_masses(scene: Setup) -> LumpedMass:
         np.concatenate(masses),
         np.concatenate(added),
         scaling,
-        stable_step(highest, numerics, contacts),
+        stable_step(highest, taken),
     )
-
-
-def choose_step(scene: Setup, stable: float) -> float:
-    """Step to use [s].
-
-    Raises:
-        InputError: if the scene asks for more than the stable step.
-    """
-    asked = scene.numerics.time_step
-    if asked is None:
-        return scene.numerics.safety * stable
-    if asked > stable:
-        raise InputError(
-            f"time_step = {asked:.4g} s is above the stable {stable:.4g} s: leave it out, "
-            "or set minimum_time_step to add mass"
-        )
-    return asked

@@ -1,10 +1,10 @@
-"""A ply's membrane on a device: its arrays, its laws, and the launches of its kernels."""
+"""The plies' membranes: their yarns and shear on a device, launches, energies, bound on ω²."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import warp as wp
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
 from warpdrape.kernels.forces.pairs import TwoPairs, make_pair_forces
 from warpdrape.kernels.materials.isotropic import IsotropicMembrane as IsotropicStruct
@@ -27,8 +28,10 @@ from warpdrape.materials.law_data import (
     tension_struct,
 )
 from warpdrape.materials.laws import IsotropicMembrane
-from warpdrape.materials.softening import soften
+from warpdrape.materials.softening import soften, softening_entries, softening_warnings
 from warpdrape.numerics import Numerics
+from warpdrape.setup import Setup
+from warpdrape.state import PlyState
 
 SHEAR_RANGE = math.radians(75.0)
 """Shear angle up to which the stable step covers the shear law [rad], past any locking."""
@@ -39,41 +42,109 @@ class Membrane:
     """One ply's triangles on the device.
 
     Attributes:
-        first_vertex: number of its first vertex in the model.
-        vertex_count: number of its vertices.
-        first_triangle: number of its first triangle in the model.
-        triangle_count: number of its triangles.
+        span: where its vertices and triangles are in the model's.
         triangles: vertices in the model's numbering, shape [triangle, 3].
         gradients: D [1/m], shape [triangle].
         areas: initial areas [m²], shape [triangle].
-        rest_angle: from warp to weft in the flat ply [rad].
         loads: launches (kernel, count, inputs) that add forces, given x; output f. The first input
             is the number of the first one counted.
         order: its triangles as the loads take them, shape [triangle].
         measurement: launch (kernel, count, inputs) of strain, line tension and energy.
     """
 
-    first_vertex: int
-    vertex_count: int
-    first_triangle: int
-    triangle_count: int
+    span: Span
     triangles: wp.array
     gradients: wp.array
     areas: wp.array
-    rest_angle: float
     loads: tuple[tuple[Any, int, list], ...]
     order: np.ndarray
     measurement: tuple[Any, int, list]
 
     def add_forces(self, x: wp.array, f: wp.array) -> None:
         """Add the membrane's forces [N] at positions x [m] to f."""
-        launch_loads(self.loads, x, f)
+        for kernel, count, inputs in self.loads:
+            wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+
+    def measure(self, x: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Yarn strains [-], line tensions [N/m] and (yarn, shear, stabiliser) energy [J].
+
+        Returns:
+            Shapes [triangle, 2], [triangle, 2] and [triangle, 3].
+        """
+        n, device = self.span.triangle_count, x.device
+        shown = [wp.empty(n, dtype=d, device=device) for d in (wp.vec2d, wp.vec2d, wp.vec3d)]
+        kernel, count, inputs = self.measurement
+        wp.launch(kernel, count, inputs=[*inputs, x], outputs=shown, device=device)
+        return tuple(array.numpy() for array in shown)
 
 
-def launch_loads(loads: Sequence[tuple[Any, int, list]], x: wp.array, f: wp.array) -> None:
-    """Add the forces [N] of loads, as `Membrane` has them, at positions x [m] to f."""
-    for kernel, count, inputs in loads:
-        wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+@dataclass(frozen=True, eq=False)
+class Membranes:
+    """The membranes of all plies.
+
+    Attributes:
+        plies: one for each ply.
+        softening: divisor of the yarns' tensions [-].
+    """
+
+    plies: tuple[Membrane, ...]
+    softening: float
+    name: str = "membrane"
+    searches: str = ""
+
+    @property
+    def order(self) -> tuple[np.ndarray, ...]:
+        """Each ply's triangles in the order in which parts share them out."""
+        return tuple(membrane.order for membrane in self.plies)
+
+    def start(self) -> None:
+        """Membranes remember nothing."""
+
+    def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
+        """A part's share of every ply's elements."""
+        scatter = []
+        for membrane in self.plies:
+            for kernel, total, (first, *inputs) in membrane.loads:
+                ours = share.of(total)
+                if ours.count:
+                    inputs = [first + ours.first, *inputs, bodies.plies.x]
+                    scatter.append(Launch(kernel, ours.count, inputs, [bodies.plies.f]))
+        return Launches(scatter=tuple(scatter))
+
+    def measure(self, plies: PlyState, memory: None) -> Measured:
+        """Energies, and per ply strain and line tension."""
+        shown = [membrane.measure(plies.x) for membrane in self.plies]
+        energies = np.einsum("ij->j", np.concatenate([energy for *_, energy in shown]))
+        names = ("yarn", "shear", "stabiliser")
+        return Measured(
+            dict(zip(names, map(float, energies), strict=True)),
+            fields=tuple({"strain": e, "line_tension": t} for e, t, _ in shown),
+        )
+
+    def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """What ``summary.json`` says of a ply's membrane."""
+        strain = fields["strain"]
+        return {
+            "max_strain_warp": float(strain[:, 0].max()),
+            "max_strain_weft": float(strain[:, 1].max()),
+        }
+
+    def entries(
+        self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
+    ) -> tuple[dict[str, float], list[str]]:
+        """What ``summary.json`` says of all of them, and warnings."""
+        strain = max(float(of_ply["strain"].max()) for of_ply in fields)
+        found = softening_entries(self.softening, history, strain)
+        return found, softening_warnings(found)
+
+
+def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Membranes:
+    """Put the membranes of all plies on a device."""
+    plies = zip(scene.plies, spans, strict=True)
+    return Membranes(
+        tuple(build_membrane(ply, scene.numerics, span, device) for ply, span in plies),
+        scene.numerics.yarn_softening,
+    )
 
 
 def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
@@ -81,7 +152,7 @@ def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
     return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
 
 
-def triangle_frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
+def frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
     """Bound on ω² [1/s²] of each triangle of a ply."""
     gradients, _ = flat_gradients(ply)
     return highest_frequency_squared(
@@ -108,22 +179,19 @@ def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
     return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
 
 
-def build_membrane(
-    ply: Ply, numerics: Numerics, vertex: int, triangle: int, device: str
-) -> Membrane:
+def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Membrane:
     """Put a ply's triangles on a device.
 
     Args:
         ply: the ply.
         numerics: averaging and stabiliser.
-        vertex: number of the ply's first vertex in the model.
-        triangle: number of its first triangle in the model.
+        span: where the ply is in the model.
         device: Warp device.
     """
     fabric = ply.fabric
     flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
     gradients, areas = flat_gradients(ply)
-    numbered = wp.array(flat + vertex, dtype=wp.int32, device=device)
+    numbered = wp.array(flat + span.first_vertex, dtype=wp.int32, device=device)
     gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
     area_array = wp.array(areas, dtype=wp.float64, device=device)
     common = [numbered, gradient_array, area_array]
@@ -135,19 +203,9 @@ def build_membrane(
         measurement = (kernels.measure_isotropic, len(flat), [*common, law])
     else:
         loads, order, measurement = _yarn_launches(
-            ply, numerics, vertex, common, gradients, areas, device
+            ply, numerics, span.first_vertex, common, gradients, areas, device
         )
-    return Membrane(
-        vertex,
-        len(ply.mesh.vertices),
-        triangle,
-        len(flat),
-        *common,
-        fabric.yarn_angle,
-        loads,
-        order,
-        measurement,
-    )
+    return Membrane(span, *common, loads, order, measurement)
 
 
 @functools.cache

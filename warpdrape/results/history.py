@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from warpdrape.dynamics.energy import Energies
-from warpdrape.dynamics.model import Model, State
+from warpdrape.dynamics.model import Model
 from warpdrape.results.result import FormedPly
+from warpdrape.state import State
 from warpdrape.tools.motion import Float, Path, Stroke
 from warpdrape.tools.tool import Tool
 
@@ -49,7 +50,7 @@ def history_row(
         before: the row before, None for the first.
     """
     row = {"time_s": time, "loading_time_s": loading_time}
-    shift, impulse = state.tool_shift.numpy(), state.impulse.numpy()
+    shift, impulse = state.tools.shift.numpy(), state.tools.impulse.numpy()
     for k, tool in enumerate(model.scene.tools):
         axis = tool_axis(tool)
         row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
@@ -60,8 +61,10 @@ def history_row(
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
     for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
         row[f"{name}_j"] = getattr(energies, name)
+    row.update({f"{name}_j": energy for name, energy in energies.stored.items()})
     for field in dataclasses.fields(energies):
-        row.setdefault(f"{field.name}_j", getattr(energies, field.name))
+        if field.name != "stored":
+            row.setdefault(f"{field.name}_j", getattr(energies, field.name))
     row["unbalanced_j"] = energies.unbalanced
     return row
 
@@ -73,8 +76,8 @@ def _clamp_entries(
     entries: dict[str, float] = {}
     if not model.scene.clamps:
         return entries
-    held, work = model.clamp.numpy(), state.clamp_work.numpy()
-    mean_force = state.clamp_force.numpy() / max(steps, 1)
+    held, work = model.clamp.numpy(), state.clamps.work.numpy()
+    mean_force = state.clamps.force.numpy() / max(steps, 1)
     for k, clamp in enumerate(model.scene.clamps):
         name, done = clamp.name, float(work[held == k].sum())
         follow = np.asarray(clamp.follow, dtype=float) / np.linalg.norm(clamp.follow)

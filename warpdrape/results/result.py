@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.dynamics.model import Model, State
+from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.dynamics.model import Model
 from warpdrape.errors import one_of
+from warpdrape.interaction import Measured
 from warpdrape.results.usd import PlyFrame
+from warpdrape.state import State
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,37 +91,29 @@ class Result:
         return self.plies[names.index(one_of("ply", name, names))]
 
 
-def read_plies(
-    model: Model, state: State, strains: np.ndarray, tensions: np.ndarray
-) -> tuple[FormedPly, ...]:
+def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[FormedPly, ...]:
     """Copy the plies from the device.
 
     Args:
         model: the model.
         state: its state.
-        strains: from `energy.measure_membranes`, shape [triangle, 2].
-        tensions: likewise [N/m].
+        measured: what forces show, from `energy.measure`.
     """
-    x = state.x.numpy()
+    x = state.plies.x.numpy()
     formed = []
-    for ply, membrane in zip(model.scene.plies, model.membranes, strict=True):
-        points = x[membrane.first_vertex : membrane.first_vertex + membrane.vertex_count].copy()
-        of_ply = slice(membrane.first_triangle, membrane.first_triangle + membrane.triangle_count)
+    for number, (ply, span) in enumerate(zip(model.scene.plies, model.spans, strict=True)):
+        points = x[span.vertices].copy()
         triangles = np.asarray(ply.mesh.triangles)
-        gradients = membrane.gradients.numpy()
+        gradients, _ = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
         warp, weft, shear = yarn_state(points, triangles, gradients, ply.fabric.yarn_angle)
+        fields = {
+            name: array.copy()
+            for each in measured
+            if each.fields
+            for name, array in each.fields[number].items()
+        }
         formed.append(
-            FormedPly(
-                ply.name,
-                ply.rest_points,
-                points,
-                triangles,
-                warp,
-                weft,
-                shear,
-                strains[of_ply].copy(),
-                tensions[of_ply].copy(),
-            )
+            FormedPly(ply.name, ply.rest_points, points, triangles, warp, weft, shear, **fields)
         )
     return tuple(formed)
 

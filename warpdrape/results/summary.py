@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import area_percentile
+from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.dynamics.loading import Loading
-from warpdrape.dynamics.model import Model, State
-from warpdrape.forces.membrane import flat_gradients
-from warpdrape.materials.softening import softening_entries, softening_warnings
+from warpdrape.dynamics.model import Model
+from warpdrape.interaction import Measured
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.result import FormedPly
 
@@ -29,33 +26,6 @@ QUASI_STATIC_MEAN = 0.10
 """Its mean while the plies are loaded [-]."""
 LOADED = 0.1
 """Share of the largest internal energy from which the plies count as loaded [-]."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class ContactExtremes:
-    """What contacts have come to by a good frame; a state that blew up cannot be asked any more.
-
-    Attributes:
-        tool_deepest: deepest penetration of each tool [m], shape [tool].
-        ply_deepest: that of each directed pair of plies [m], shape [pair].
-        ply_jump: largest penetration of each pair that a jump of the gap allowed [m], shape [pair].
-        slip: of the searching plies' vertices on the searched ones [m], shape [slot].
-    """
-
-    tool_deepest: np.ndarray
-    ply_deepest: np.ndarray
-    ply_jump: np.ndarray
-    slip: np.ndarray
-
-    @classmethod
-    def of(cls, state: State) -> ContactExtremes:
-        """Copy them from the device."""
-        return cls(
-            state.tool_deepest.numpy().copy(),
-            state.ply_deepest.numpy().copy(),
-            state.ply_jump.numpy().copy(),
-            state.ply_slip.numpy().copy(),
-        )
 
 
 def energy_error(history: Mapping[str, np.ndarray]) -> float:
@@ -87,7 +57,7 @@ def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]
 
 def summarise(
     model: Model,
-    contacts: ContactExtremes,
+    measured: Sequence[Measured],
     history: Mapping[str, np.ndarray],
     plies: Sequence[FormedPly],
     loading: Loading,
@@ -100,7 +70,8 @@ def summarise(
 
     Args:
         model: the model.
-        contacts: penetrations and slips by the last good frame.
+        measured: by the last good frame, from `energy.measure`: a state that blew up cannot be
+            asked any more.
         history: columns over the frames.
         plies: the last good frame.
         loading: the clock of the motions.
@@ -108,7 +79,6 @@ def summarise(
         steps: steps done.
         wall: time they took [s].
     """
-    triangles = sum(m.triangle_count for m in model.membranes)
     error = energy_error(history)
     end, mean, calm = quasi_static(history)
     if not failure and error > ENERGY_FAILURE:
@@ -122,16 +92,20 @@ def summarise(
         warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
     if not calm and not failure:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
-    penetration = np.concatenate([contacts.tool_deepest, contacts.ply_deepest, [0.0]])
-    if penetration.max() > PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies):
+    contacts = {name: found for each in measured for name, found in each.entries.items()}
+    deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
+    if deepest > PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies):
         warnings.append(
-            f"things pressed {1e3 * penetration.max():.3g} mm into each other and may have passed: "
+            f"things pressed {1e3 * deepest:.3g} mm into each other and may have passed: "
             "lower the forces or the speed, refine the plies, or raise contact_share"
         )
     added = float(model.masses.added.sum())
-    strain = max(float(ply.strain.max()) for ply in plies)
-    speed_up = softening_entries(model.scene.numerics.yarn_softening, history, strain)
-    warnings += softening_warnings(speed_up) + loading.warnings()
+    of_forces: dict[str, Any] = {}
+    for force, shown in zip(model.forces, measured, strict=False):
+        entries, complaints = force.entries(history, shown.fields)
+        of_forces.update(entries)
+        warnings += complaints
+    warnings += loading.warnings()
     return {
         "status": "failed" if failure else "completed",
         "message": failure or "; ".join(warnings) or "completed",
@@ -141,62 +115,46 @@ def summarise(
         "stable_time_step_s": model.timing.stable_step,
         "simulated_s": float(history["time_s"][-1]),
         "wall_s": wall,
-        "triangles": triangles,
-        "triangle_steps_per_s": triangles * steps / wall if wall > 0.0 else 0.0,
+        "triangles": model.triangles,
+        "triangle_steps_per_s": model.triangles * steps / wall if wall > 0.0 else 0.0,
         "energy_error": error,
         "kinetic_ratio": end,
         "kinetic_ratio_loaded": mean,
         "quasi_static": calm,
-        "max_penetration_m": float(penetration.max()),
+        "max_penetration_m": float(deepest),
         "mass_kg": float(model.masses.mass.sum()),
         "added_mass_kg": added,
         "added_mass_kinetic_ratio": mean_while_loaded(history, "added_mass_kinetic_j"),
         "mass_scaling_order": model.masses.scaling.order,
-        **speed_up,
+        **of_forces,
         **loading.entries(),
-        "tools": _tool_entries(model, contacts, history),
-        "interfaces": _interfaces(model, contacts),
-        "plies": [_ply_entry(p, f) for p, f in zip(model.scene.plies, plies, strict=True)],
+        "tools": [
+            _tool_entry(tool.name, history) | of_tool
+            for tool, of_tool in zip(model.scene.tools, contacts.get("tools", ()), strict=True)
+        ],
+        "interfaces": contacts.get("interfaces", []),
+        "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
     }
 
 
-def _tool_entries(
-    model: Model, contacts: ContactExtremes, history: Mapping[str, np.ndarray]
-) -> list[dict]:
-    return [
-        {
-            "name": tool.name,
-            "displacement_m": float(history[f"{tool.name}_displacement_m"][-1]),
-            "force_n": float(history[f"{tool.name}_force_n"][-1]),
-            "max_force_n": float(np.abs(history[f"{tool.name}_force_n"]).max()),
-            "max_penetration_m": float(contacts.tool_deepest[k]),
-        }
-        for k, tool in enumerate(model.scene.tools)
-    ]
+def _tool_entry(name: str, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    return {
+        "name": name,
+        "displacement_m": float(history[f"{name}_displacement_m"][-1]),
+        "force_n": float(history[f"{name}_force_n"][-1]),
+        "max_force_n": float(np.abs(history[f"{name}_force_n"]).max()),
+    }
 
 
-def _interfaces(model: Model, contacts: ContactExtremes) -> list[dict]:
-    """Slip of each ply's vertices on each other ply."""
-    entries = []
-    for number, pair in enumerate(model.ply_pairs):
-        count = model.membranes[pair.searching].vertex_count
-        of_pair = contacts.slip[pair.first_slot : pair.first_slot + count]
-        entries.append(
-            {
-                "vertices_of": model.scene.plies[pair.searching].name,
-                "on": model.scene.plies[pair.searched].name,
-                "max_slip_m": float(of_pair.max()),
-                "mean_slip_m": float(of_pair.mean()),
-                "max_penetration_m": float(contacts.ply_deepest[number]),
-                "max_gap_jump_m": float(contacts.ply_jump[number]),
-            }
-        )
-    return entries
-
-
-def _ply_entry(ply: Ply, formed: FormedPly) -> dict[str, Any]:
+def _ply_entry(
+    model: Model, number: int, measured: Sequence[Measured], formed: FormedPly
+) -> dict[str, Any]:
+    ply = model.scene.plies[number]
     shear = np.abs(formed.shear_angle_deg)
-    _, areas = flat_gradients(ply)
+    _, areas = yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+    of_forces: dict[str, float] = {}
+    for force, shown in zip(model.forces, measured, strict=False):
+        of_forces |= force.ply_entries(shown.fields[number])
     return {
         "name": ply.name,
         "fabric": ply.fabric.name,
@@ -204,7 +162,6 @@ def _ply_entry(ply: Ply, formed: FormedPly) -> dict[str, Any]:
         "max_shear_deg": float(shear.max()),
         "p95_shear_deg": area_percentile(shear, areas, 0.95),
         "mean_abs_shear_deg": float(np.average(shear, weights=areas)),
-        "max_strain_warp": float(formed.strain[:, 0].max()),
-        "max_strain_weft": float(formed.strain[:, 1].max()),
+        **of_forces,
         "draw_in_m": draw_in(ply, formed.points),
     }

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
 
 from warpdrape import Numerics, Still, Stroke
 from warpdrape.coupons.closed_forms import catenary_sag
-from warpdrape.dynamics.energy import measure_membranes
-from warpdrape.dynamics.model import Model, State, build_model, initial_state
+from warpdrape.dynamics.energy import internal_energy
+from warpdrape.dynamics.model import Model, build_model, initial_state
+from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.stepping import Stepper
+from warpdrape.state import State
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.strip import middle_line, strip_scene, yarn_fabric
 
@@ -73,7 +76,7 @@ def energy_drift() -> CaseResult:
     state = initial_state(model)
     x = model.rest.numpy()
     x[:, 0] += 1e-5 * np.sin(math.pi * x[:, 0] / length)
-    state.x.assign(x)
+    state.plies.x.assign(x)
     stepper = Stepper(model, state)
     stepper.begin_frame(1)
     blocks = math.ceil(1e5 / model.timing.search_every)
@@ -88,12 +91,13 @@ def energy_drift() -> CaseResult:
 
 def _synchronous_energy(model: Model, state: State) -> float:
     """Kinetic and internal energy [J] at the positions' time."""
-    f = wp.zeros_like(state.f)
-    for membrane in model.membranes:
-        membrane.add_forces(state.x, f)
+    f = wp.zeros_like(state.plies.f)
+    (whole,) = split(model, replace(state, plies=replace(state.plies, f=f)), 1)
+    for launch in whole.launches.scatter:
+        launch(model.device)
     mass = model.masses.mass
-    v = state.v.numpy() + 0.5 * model.timing.time_step * f.numpy() / mass[:, None]
-    return float(0.5 * (mass * (v**2).sum(axis=1)).sum() + measure_membranes(model, state)[2].sum())
+    v = state.plies.v.numpy() + 0.5 * model.timing.time_step * f.numpy() / mass[:, None]
+    return float(0.5 * (mass * (v**2).sum(axis=1)).sum() + internal_energy(model, state))
 
 
 def time_order() -> CaseResult:

@@ -1,4 +1,4 @@
-"""Rigid tools on a device: their facets, how far these stand off the surface, which tools float."""
+"""Rigid tools on a device: their facets, and how far these stand off the surface."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ import warp as wp
 
 from warpdrape.contact.adjacency import facet_hollows, open_edge_bits
 from warpdrape.kernels.contact.tool_contact import ToolSurfaces
-from warpdrape.kernels.dynamics.motion import FloatingTools
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
 
@@ -57,19 +55,3 @@ def largest_sag(tool: Tool) -> float:
     corners, normals = tool.vertices[tool.triangles], tool.surface.normals
     turned = np.roll(corners, 1, axis=1) - corners, np.roll(normals, 1, axis=1) - normals
     return float(np.abs((turned[0] * turned[1]).sum(axis=2)).max() / 6.0)
-
-
-def floating_tools(scene: Setup, device: str) -> FloatingTools:
-    """Which tools float, along which axes, with what mass and damping."""
-    floats = [isinstance(tool.motion, Float) for tool in scene.tools]
-    motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]
-    floating = FloatingTools()
-    floating.floats = wp.array(floats, dtype=wp.int32, device=device)
-    axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]
-    floating.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
-    floating.mass = wp.array(
-        [m.mass if m else 1.0 for m in motions], dtype=wp.float64, device=device
-    )
-    damping = [m.damping if m else 0.0 for m in motions]
-    floating.damping = wp.array(damping, dtype=wp.float64, device=device)
-    return floating

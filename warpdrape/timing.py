@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.dynamics.time_step import choose_step
+from warpdrape.errors import InputError
 from warpdrape.setup import Setup
 
 SLOWEST_TOOL = 0.1
@@ -75,3 +75,20 @@ def plan_steps(scene: Setup, stable: float, frames: int) -> Timing:
     looks = 1 if scene.numerics.kinetic_limit is None else math.ceil(LOOKS / frames)
     ahead = every * max(per_frame // (every * looks), 1)
     return Timing(scene.duration / (frames * per_frame), stable, every, frames, per_frame, ahead)
+
+
+def choose_step(scene: Setup, stable: float) -> float:
+    """Step to use [s].
+
+    Raises:
+        InputError: if the scene asks for more than the stable step.
+    """
+    asked = scene.numerics.time_step
+    if asked is None:
+        return scene.numerics.safety * stable
+    if asked > stable:
+        raise InputError(
+            f"time_step = {asked:.4g} s is above the stable {stable:.4g} s: leave it out, "
+            "or set minimum_time_step to add mass"
+        )
+    return asked

@@ -1,0 +1,49 @@
+"""What all contacts share: the penalty law, what it takes of the step, how far to look."""
+
+from __future__ import annotations
+
+import math
+
+from warpdrape.errors import InputError
+from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.setup import Setup
+
+CONTACTS_AT_A_VERTEX = 8
+"""Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
+each pair of masses counted at both ends."""
+
+
+def contact_law(scene: Setup, time_step: float) -> ContactLaw:
+    """Stiffness and damping of contacts at a time step [s]."""
+    law = ContactLaw()
+    share = scene.numerics.contact_share
+    law.stiffness = share / time_step**2
+    law.lag = 2.0 * scene.numerics.contact_damping * time_step / math.sqrt(share)
+    law.time_step = time_step
+    return law
+
+
+def step_share(scene: Setup) -> float:
+    """What contacts take of the 4 in (Δt ω)² + Σ k_c Δt²/m + 2 Σ c Δt/m ≤ 4 [-].
+
+    The dashpots, c = 2 ζ √(k m), act on the velocity half a step back, hence the last term; pressed
+    from two sides, a vertex feels two.
+
+    Raises:
+        InputError: if nothing is left.
+    """
+    if not scene.tools and len(scene.plies) == 1:
+        return 0.0
+    share, damping = scene.numerics.contact_share, scene.numerics.contact_damping
+    taken = CONTACTS_AT_A_VERTEX * share + 2.0 * 4.0 * damping * math.sqrt(share)
+    if taken >= 3.5:
+        raise InputError(
+            f"contact_share = {share} with contact_damping = {damping} leaves no stable step: "
+            "lower one of them"
+        )
+    return taken
+
+
+def near_reach(scene: Setup) -> float:
+    """Distance [m] within which a vertex counts as near: four slides, for those that go faster."""
+    return 4.0 * scene.numerics.search_slide

@@ -1,0 +1,167 @@
+"""Contact of plies with tools: what it needs on a device, its launches, energy and entries."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from warpdrape.contact.law import contact_law, near_reach
+from warpdrape.contact.tool_surfaces import tool_surfaces
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.tool_contact import (
+    ToolHold,
+    ToolPlane,
+    ToolQuery,
+    ToolSearch,
+    ToolSurfaces,
+    add_tool_forces,
+    find_tool_contacts,
+)
+from warpdrape.setup import Setup
+from warpdrape.state import Across, Apart, PlyState
+from warpdrape.timing import Timing
+
+SEARCH_BEYOND = 2e-3
+"""How far past the near zone a tool query looks [m]; what it finds farther off need not be asked
+again until the vertex has come closer."""
+PLANE_SERVES = 0.5
+"""Way of a vertex along a tool for which its plane serves, in units of `search_slide` [-]."""
+FACET_SERVES = 4.0
+"""… and for which the nearest facet may, as long as none beside it can have become nearer [-]."""
+LOOK_AHEAD = 2.0
+"""Time for which a search follows free vertices at their speed, in intervals between searches [-]:
+a sheet that snaps gains speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class ToolMemory:
+    """What contact with tools remembers; a slot is a vertex and a tool.
+
+    Attributes:
+        planes: tangent planes that vertices may touch, shape [slot].
+        queries: where vertices last asked, shape [slot].
+        touching: whether a vertex may touch a tool before the next search, shape [vertex].
+        holds: friction springs, and the energy in contact, shape [slot].
+        deepest: deepest penetration of each tool [m], shape [tool].
+    """
+
+    planes: wp.array
+    queries: wp.array
+    touching: wp.array
+    holds: wp.array
+    deepest: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST}
+
+
+@dataclass(frozen=True, eq=False)
+class ToolContact:
+    """Contact of all plies with all tools.
+
+    Attributes:
+        device: Warp device.
+        mass: vertex masses [kg], shape [vertex].
+        offset: half the ply thickness [m], shape [vertex].
+        meshes: per tool, in its own frame.
+        surfaces: the tools' facets.
+        law: the contact law.
+        search: how far searches look.
+    """
+
+    device: str
+    mass: wp.array
+    offset: wp.array
+    meshes: tuple[wp.Mesh, ...]
+    surfaces: ToolSurfaces
+    law: ContactLaw
+    search: ToolSearch
+    name: str = "tool contact"
+    searches: str = "tool search"
+
+    def start(self) -> ToolMemory:
+        """Nothing found yet."""
+        n, tools = self.mass.shape[0], len(self.meshes)
+
+        def zeros(count: int, dtype: Any) -> wp.array:
+            return wp.zeros(count, dtype=dtype, device=self.device)
+
+        return ToolMemory(
+            planes=zeros(tools * n, ToolPlane),
+            queries=_nothing_asked(tools * n, self.device),
+            touching=zeros(n, wp.int32),
+            holds=zeros(tools * n, ToolHold),
+            deepest=zeros(tools, wp.float64),
+        )
+
+    def launches(self, share: Share, bodies: Bodies, memory: ToolMemory) -> Launches:
+        """Searches and forces of a part's own vertices."""
+        plies, tools = bodies.plies, bodies.tools
+        moving = [tools.shift, tools.velocity, plies.x, plies.v]
+        find, push = [], []
+        for first, count in share.vertices:
+            inputs = [first, self.surfaces, self.search, self.offset, *moving]
+            found = [memory.planes, memory.queries, memory.touching, memory.holds]
+            outputs = [*found, plies.lost, memory.deepest]
+            find.append(Launch(find_tool_contacts, count, inputs, outputs))
+            known = [memory.planes, memory.touching]
+            inputs = [first, self.law, self.surfaces.friction, self.mass, *moving, *known]
+            outputs = [memory.holds, plies.f, tools.reaction, plies.lost]
+            push.append(Launch(add_tool_forces, count, inputs, outputs))
+        return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
+
+    def measure(self, plies: PlyState, memory: ToolMemory) -> Measured:
+        """Energy in contact springs and friction springs; penetration of each tool."""
+        deepest = memory.deepest.numpy()
+        return Measured(
+            {"contact": float(memory.holds.numpy()["stored"].sum())},
+            entries={"tools": [{"max_penetration_m": float(depth)} for depth in deepest]},
+        )
+
+
+def build(
+    scene: Setup, spans: tuple[Span, ...], timing: Timing, mass: wp.array, device: str
+) -> ToolContact | None:
+    """Put the tools on a device; None where there are none.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        device: Warp device.
+    """
+    if not scene.tools:
+        return None
+    half = [np.full(len(p.mesh.vertices), 0.5 * p.fabric.thickness) for p in scene.plies]
+    return ToolContact(
+        device,
+        mass,
+        wp.array(np.concatenate(half), dtype=wp.float64, device=device),
+        *tool_surfaces(scene, device),
+        contact_law(scene, timing.time_step),
+        _tool_search(scene, timing),
+    )
+
+
+def _tool_search(scene: Setup, timing: Timing) -> ToolSearch:
+    thickest = max(ply.fabric.thickness for ply in scene.plies)
+    search = ToolSearch()
+    search.reach = near_reach(scene)
+    search.radius = 0.5 * thickest + search.reach + SEARCH_BEYOND
+    search.keep = PLANE_SERVES * scene.numerics.search_slide
+    search.trust = FACET_SERVES * scene.numerics.search_slide
+    search.ahead = LOOK_AHEAD * timing.search_every * timing.time_step
+    search.plain = int(scene.numerics.contact == "exact")
+    return search
+
+
+def _nothing_asked(slots: int, device: str) -> wp.array:
+    """Queries that leave no vertex a way to move before it is asked, shape [slot]."""
+    queries = np.zeros(slots, dtype=ToolQuery.numpy_dtype())
+    queries["distance"] = math.inf
+    queries["facet"] = -1
+    return wp.array(queries, dtype=ToolQuery, device=device)

@@ -1,0 +1,13 @@
+"""The forces and contacts there are: a new one is listed here, and nowhere else."""
+
+from __future__ import annotations
+
+from warpdrape.contact import ply_contact, tool_contact
+from warpdrape.forces import membrane
+
+FORCES = (membrane,)
+"""Modules of forces: ``build``, and ``frequencies``, the bound on ω² of a ply's triangles.
+
+The first one's elements say how parts on several threads share out a ply."""
+CONTACTS = (ply_contact, tool_contact)
+"""Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""

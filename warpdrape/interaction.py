@@ -1,0 +1,175 @@
+"""What a force of the plies, or a contact, is to the rest: launches, stored energy, entries.
+
+Each is one module, in `warpdrape.forces` or `warpdrape.contact`, which makes an `Interaction`; the
+step loop, the energy balance and the results ask a tuple of them, and know none by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import warp as wp
+
+from warpdrape.state import ClampState, PlyState, ToolState
+
+
+@dataclass(frozen=True)
+class Span:
+    """Where one ply's vertices and triangles are in the model's."""
+
+    first_vertex: int
+    vertex_count: int
+    first_triangle: int
+    triangle_count: int
+
+    @property
+    def vertices(self) -> slice:
+        """Its vertices in arrays over all."""
+        return slice(self.first_vertex, self.first_vertex + self.vertex_count)
+
+    @property
+    def triangles(self) -> slice:
+        """Its triangles in arrays over all."""
+        return slice(self.first_triangle, self.first_triangle + self.triangle_count)
+
+
+class Run(NamedTuple):
+    """Consecutive entries of an array."""
+
+    first: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one part of a model computes.
+
+    Attributes:
+        number: of the part.
+        parts: how many there are.
+        vertices: those that it moves, runs of all plies.
+        by_ply: the same by ply, in the model's numbering.
+    """
+
+    number: int
+    parts: int
+    vertices: tuple[Run, ...]
+    by_ply: tuple[tuple[Run, ...], ...]
+
+    def of(self, total: int) -> Run:
+        """Its part of so many things, such as elements."""
+        first, last = (total * n // self.parts for n in (self.number, self.number + 1))
+        return Run(first, last - first)
+
+    @property
+    def plies(self) -> range:
+        """Numbers of plies of which it alone does what is done once for each."""
+        return range(self.number, len(self.by_ply), self.parts)
+
+
+class Launch(NamedTuple):
+    """One launch of a kernel."""
+
+    kernel: Any
+    count: int
+    inputs: list
+    outputs: list
+
+    def __call__(self, device: str) -> None:
+        """Launch it."""
+        wp.launch(self.kernel, self.count, inputs=self.inputs, outputs=self.outputs, device=device)
+
+
+@dataclass(frozen=True)
+class Launches:
+    """What a part launches, by stage; all parts have ended a stage before any goes to the next.
+
+    A search has the stages up to ``walk``, at most every few steps; a step has the others.
+
+    Attributes:
+        prepare: first thing in a search, from positions.
+        copy: positions for query meshes, before vertices ask.
+        refit: query meshes moved along, likewise.
+        measure: from what was prepared.
+        ask: where vertices ask for what is nearest.
+        walk: in its place where they go on from what they remember.
+        scatter: forces on any vertices, from positions and velocities.
+        push: forces on the part's own vertices, and on tools.
+    """
+
+    prepare: tuple[Launch, ...] = ()
+    copy: tuple[Launch, ...] = ()
+    refit: tuple[wp.Mesh, ...] = ()
+    measure: tuple[Launch, ...] = ()
+    ask: tuple[Launch, ...] = ()
+    walk: tuple[Launch, ...] = ()
+    scatter: tuple[Launch, ...] = ()
+    push: tuple[Launch, ...] = ()
+
+    def __add__(self, other: Launches) -> Launches:
+        """Both, stage by stage."""
+        return Launches(
+            **{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(Launches)}
+        )
+
+
+class Bodies(NamedTuple):
+    """What interactions read and push: plies, tools, clamps, as a part has them."""
+
+    plies: PlyState
+    tools: ToolState
+    clamps: ClampState
+    step: wp.array
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a force or contact shows at one instant.
+
+    Attributes:
+        stored: energies by name [J].
+        lost: energies lost so far by name [J].
+        fields: by ply, arrays over its triangles or vertices by name; see `FormedPly`.
+        entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
+    """
+
+    stored: Mapping[str, float] = field(default_factory=dict)
+    lost: Mapping[str, float] = field(default_factory=dict)
+    fields: tuple[Mapping[str, np.ndarray], ...] = ()
+    entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+
+
+class Interaction(Protocol):
+    """A force or a contact, ready on a device.
+
+    Attributes:
+        name: as the profile of a run calls its steps.
+        searches: as it calls its searches, empty if it has none.
+    """
+
+    name: str
+    searches: str
+
+    def start(self) -> Any:
+        """What it remembers, a record of arrays as it is at the start; None for nothing."""
+
+    def launches(self, share: Share, bodies: Bodies, memory: Any) -> Launches:
+        """What a part launches for it."""
+
+    def measure(self, plies: PlyState, memory: Any) -> Measured:
+        """Energies and fields now."""
+
+
+class Force(Interaction, Protocol):
+    """A force, which also has its part in the summary."""
+
+    def ply_entries(self, fields: Mapping[str, np.ndarray]) -> Mapping[str, float]:
+        """What ``summary.json`` says of a ply, given what `measure` showed of it."""
+
+    def entries(
+        self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
+    ) -> tuple[Mapping[str, float], list[str]]:
+        """What it says of all plies, and warnings."""

@@ -1,0 +1,200 @@
+"""What a run changes: records of arrays, and how parts of a model on several threads hold them.
+
+`State` is all of it: what moves, and what each force and contact remembers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from warpdrape.setup import Setup
+
+
+class Across(Enum):
+    """How parts of a model hold an array."""
+
+    SHARED = "one for all: a part writes entries of its own only"
+    SCATTERED = "one each: whoever owns an entry takes over, every step, what others put there"
+    SUMMED = "one each: part 0 takes over the others', every step"
+    LARGEST = "one each: part 0 is raised to the others'"
+    FIRST = "one each: part 0 takes another's where it has none (−1)"
+
+
+Apart = Mapping[str, Across]
+"""Arrays of a record, by name, that are not shared: its class attribute ``apart``."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PlyState:
+    """The plies' vertices.
+
+    Attributes:
+        x: positions [m], shape [vertex].
+        v: velocities [m/s], shape [vertex].
+        f: forces of this step [N], shape [vertex].
+        lost: (friction, contact damping, mass damping) [J], shape [vertex].
+        runaway: first vertex that ran away, −1 while there is none, shape [1].
+    """
+
+    x: wp.array
+    v: wp.array
+    f: wp.array
+    lost: wp.array
+    runaway: wp.array
+    apart: ClassVar[Apart] = {"f": Across.SCATTERED, "runaway": Across.FIRST}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ToolState:
+    """The tools; see `kernels.dynamics.motion`.
+
+    Attributes:
+        shift: translations [m], shape [tool].
+        velocity: [m/s], shape [tool].
+        reaction: contact forces of this step [N], shape [tool].
+        impulse: sum over the steps of the reaction [N], shape [tool].
+        work: done on the tools from outside [J], shape [tool].
+        damped: lost in their dashpots [J], shape [tool].
+        path: translation before the coming steps and after each [m], shape [tool, step + 1].
+        force: along the axis, likewise [N].
+    """
+
+    shift: wp.array
+    velocity: wp.array
+    reaction: wp.array
+    impulse: wp.array
+    work: wp.array
+    damped: wp.array
+    path: wp.array
+    force: wp.array
+    apart: ClassVar[Apart] = {"reaction": Across.SUMMED}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ClampState:
+    """The clamps; see `kernels.dynamics.motion.advance_clamped`.
+
+    Attributes:
+        work: done by them [J], shape [vertex].
+        force: sum over the steps [N], shape [clamp].
+        matrix: before the coming steps and after each, shape [clamp · (step + 1)].
+        shift: likewise [m].
+    """
+
+    work: wp.array
+    force: wp.array
+    matrix: wp.array
+    shift: wp.array
+    apart: ClassVar[Apart] = {"force": Across.SUMMED}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class State:
+    """Everything that a run changes, and what a restart needs.
+
+    Attributes:
+        plies: the plies' vertices.
+        tools: the tools.
+        clamps: the clamps.
+        scaled: momenta of selective mass scaling, None without.
+        memory: what each force and contact remembers, in the model's order; None for nothing.
+        step: number of the step since the tables of motion began, shape [1].
+    """
+
+    plies: PlyState
+    tools: ToolState
+    clamps: ClampState
+    scaled: Any
+    memory: tuple[Any, ...]
+    step: wp.array
+
+
+def start_plies(points: np.ndarray, device: str) -> PlyState:
+    """Plies at rest at points [m], shape [vertex, 3]."""
+    n = len(points)
+    return PlyState(
+        x=wp.array(points, dtype=wp.vec3d, device=device),
+        v=wp.zeros(n, dtype=wp.vec3d, device=device),
+        f=wp.zeros(n, dtype=wp.vec3d, device=device),
+        lost=wp.zeros(n, dtype=wp.vec3d, device=device),
+        runaway=wp.full(1, -1, dtype=wp.int32, device=device),
+    )
+
+
+def start_tools(scene: Setup, steps: int, device: str) -> ToolState:
+    """Tools where they start, with room for the motions of so many steps."""
+    tools, real, vec = len(scene.tools), wp.float64, wp.vec3d
+    vectors = ("shift", "velocity", "reaction", "impulse")
+    return ToolState(
+        **{name: wp.zeros(tools, dtype=vec, device=device) for name in vectors},
+        work=wp.zeros(tools, dtype=real, device=device),
+        damped=wp.zeros(tools, dtype=real, device=device),
+        path=wp.zeros((tools, steps + 1), dtype=vec, device=device),
+        force=wp.zeros((tools, steps + 1), dtype=real, device=device),
+    )
+
+
+def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampState:
+    """Clamps where they start, with room for the motions of so many steps."""
+    clamps = len(scene.clamps)
+    table = clamps * (steps + 1)
+    return ClampState(
+        work=wp.zeros(vertices, dtype=wp.float64, device=device),
+        force=wp.zeros(clamps, dtype=wp.vec3d, device=device),
+        matrix=wp.zeros(table, dtype=wp.mat33d, device=device),
+        shift=wp.zeros(table, dtype=wp.vec3d, device=device),
+    )
+
+
+def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:
+    """Every array of a record, those of records and tuples within: dotted name, array, sharing."""
+    if isinstance(record, tuple):
+        for number, each in enumerate(record):
+            yield from all_arrays(each, f"{name}.{number}")
+        return
+    for field in dataclasses.fields(record) if dataclasses.is_dataclass(record) else ():
+        value, inner = getattr(record, field.name), f"{name}.{field.name}".lstrip(".")
+        if isinstance(value, wp.array):
+            yield inner, value, _across(record, field.name)
+        else:
+            yield from all_arrays(value, inner)
+
+
+def _across(record: Any, name: str) -> Across:
+    return getattr(record, "apart", {}).get(name, Across.SHARED)
+
+
+def with_own(record: Any) -> Any:
+    """A record for one more part: what is not shared is its own, and starts from nothing."""
+    if isinstance(record, tuple):
+        return tuple(map(with_own, record))
+    if not dataclasses.is_dataclass(record):
+        return record
+    own = {}
+    for field in dataclasses.fields(record):
+        value, across = getattr(record, field.name), _across(record, field.name)
+        if not isinstance(value, wp.array):
+            own[field.name] = with_own(value)
+        elif across is Across.FIRST:
+            own[field.name] = wp.clone(value)
+        elif across is not Across.SHARED:
+            own[field.name] = wp.zeros_like(value)
+    return dataclasses.replace(record, **own)
+
+
+def copied(record: Any) -> Any:
+    """A record with copies of all arrays."""
+    if isinstance(record, tuple):
+        return tuple(map(copied, record))
+    if isinstance(record, wp.array):
+        return wp.clone(record)
+    if not dataclasses.is_dataclass(record):
+        return record
+    fields = dataclasses.fields(record)
+    return dataclasses.replace(record, **{f.name: copied(getattr(record, f.name)) for f in fields})
