@@ -1,6 +1,7 @@
 """One ply formed by a hemispherical punch through a die, under a floating blank holder."""
 
 from warpdrape import Ply, Scene
+from warpdrape.materials.fabric_library import with_bending
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
@@ -17,6 +18,7 @@ def build(
     holder_force: float = 100.0,
     friction: float = 0.2,
     fabric: str = "carbon_interlock",
+    bending: str = "fabric",
     mesh: str = "grid",
     facet: float = 5e-3,
     contact_share: float = 0.04,
@@ -38,6 +40,7 @@ def build(
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on the ply [-].
         fabric: name or file of a fabric.
+        bending: "fabric" for its own, "none", or a stiffness in all directions [N·m].
         mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
@@ -47,8 +50,9 @@ def build(
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
     """
     parameters = dict(locals())
+    cloth = with_bending(fabric, bending)
     ply = Ply.rectangle(
-        "ply_0", fabric, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
+        "ply_0", cloth, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
     )
     return hemisphere_tools("hemisphere", [ply], parameters, friction)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from warpdrape import Ply, Result, Scene
+from warpdrape.materials.fabric_library import with_bending
 from warpdrape.scenes.press import hemisphere_tools
 from warpdrape.units import deg
 
@@ -27,6 +28,7 @@ def build(
     friction: float = 0.2,
     ply_friction: float = 0.3,
     fabric: str = "carbon_interlock",
+    bending: str = "fabric",
     mesh: str = "grid",
     facet: float = 5e-3,
     contact_share: float = 0.04,
@@ -50,6 +52,7 @@ def build(
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: Coulomb coefficient between plies [-].
         fabric: name or file of a fabric.
+        bending: "fabric" for its own, "none", or a stiffness in all directions [N·m].
         mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
         facet: size of the tools' facets [m].
         contact_share: penalty stiffness over m/Δt² [-].
@@ -59,10 +62,11 @@ def build(
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
     """
     parameters = dict(locals())
+    cloth = with_bending(fabric, bending)
     plies = [
         Ply.rectangle(
             f"ply_{k}",
-            fabric,
+            cloth,
             blank_size,
             cells=cells,
             mesh=mesh,

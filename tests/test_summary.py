@@ -13,7 +13,8 @@ from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import build_model, initial_state
-from warpdrape.interaction import Measured
+from warpdrape.interaction import Measured, bodies_of
+from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.result import FormedPly
 from warpdrape.results.summary import (
     _ply_entry,
@@ -39,8 +40,9 @@ def history(**columns):
 @pytest.fixture(scope="module")
 def stack():
     """Two plies, the upper one with fewer vertices."""
-    lower = Ply.rectangle("lower", "carbon_interlock", 0.1, cells=2, mesh="grid")
-    upper = Ply.rectangle("upper", "carbon_interlock", 0.1, cells=1, mesh="grid")
+    cloth = with_bending("carbon_interlock", "none")
+    lower = Ply.rectangle("lower", cloth, 0.1, cells=2, mesh="grid")
+    upper = Ply.rectangle("upper", cloth, 0.1, cells=1, mesh="grid")
     return build_model(Scene(name="s", plies=lay_up([lower, upper]), duration=0.03), "cpu", 3)
 
 
@@ -156,7 +158,8 @@ def test_large_triangles_count_for_more():
     share = np.array([0.25, 0.05, 0.25, 0.45])  # of the area, each
     shear = np.array([10.0, 38.0, 20.0, 12.0])
     mesh = FlatMesh(np.array(corners), np.array(triangles))
-    ply = replace(Ply.rectangle("ply", "carbon_interlock", 0.1, cells=2), mesh=mesh)
+    cloth = with_bending("carbon_interlock", "none")
+    ply = replace(Ply.rectangle("ply", cloth, 0.1, cells=2), mesh=mesh)
     model = build_model(Scene(name="one", plies=[ply], duration=0.03), "cpu", 3)
     entry = _ply_entry(model, 0, [shown(formed(ply, shear))], formed(ply, shear))
     assert entry["mean_abs_shear_deg"] == pytest.approx((share * shear).sum())
@@ -187,7 +190,7 @@ def test_interfaces_name_whose_vertices_slip_on_what(stack):
         (memory.slip, memory.deepest, memory.jump), (slip, deepest, 2.0 * deepest), strict=True
     ):
         array.assign(values)
-    measured = contact.measure(state.plies, memory)
+    measured = contact.measure(bodies_of(state), memory)
     first, second = summary_of(stack, [measured])["interfaces"]
     assert (first["vertices_of"], first["on"]) == ("lower", "upper")
     assert (second["vertices_of"], second["on"]) == ("upper", "lower")

@@ -13,6 +13,7 @@ from warpdrape import units  # noqa: E402
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.errors import InputError, RunFailed
+    from warpdrape.materials.bending import Bending
     from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
     from warpdrape.results.result import Result
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from warpdrape.tools.tool import Tool
 
 __all__ = [
+    "Bending",
     "Clamp",
     "Fabric",
     "Float",
@@ -41,6 +43,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "Bending": "materials.bending",
     "Clamp": "setup",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import warp as wp
 
-from warpdrape.state import ClampState, PlyState, ToolState
+from warpdrape.state import ClampState, PlyState, State, ToolState
 
 
 @dataclass(frozen=True)
@@ -125,19 +125,22 @@ class Bodies(NamedTuple):
     step: wp.array
 
 
+def bodies_of(state: State) -> Bodies:
+    """Those of a state."""
+    return Bodies(state.plies, state.tools, state.clamps, state.step)
+
+
 @dataclass(frozen=True, eq=False)
 class Measured:
     """What a force or contact shows at one instant.
 
     Attributes:
         stored: energies by name [J].
-        lost: energies lost so far by name [J].
         fields: by ply, arrays over its triangles or vertices by name; see `FormedPly`.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
     """
 
     stored: Mapping[str, float] = field(default_factory=dict)
-    lost: Mapping[str, float] = field(default_factory=dict)
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 
@@ -159,7 +162,7 @@ class Interaction(Protocol):
     def launches(self, share: Share, bodies: Bodies, memory: Any) -> Launches:
         """What a part launches for it."""
 
-    def measure(self, plies: PlyState, memory: Any) -> Measured:
+    def measure(self, bodies: Bodies, memory: Any) -> Measured:
         """Energies and fields now."""
 
 

@@ -37,6 +37,8 @@ class Clamp:
         follow: direction along which the clamp's force and displacement are reported, shape [3].
         travel: function of times [s] to a coordinate δ [m] of the clamp; given it, δ and the force
             dW/dδ by the clamp's work W are reported in their place.
+        slope: "held": the ply leaves the clamp in its direction; "free": it may turn there, as on
+            a hinge. Matters to plies that resist bending.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Clamp:
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None
+    slope: str = "held"
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
@@ -53,6 +56,7 @@ class Clamp:
         if isinstance(self.motion, Float) or not isinstance(self.motion, Still | Stroke | Path):
             raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
         vector(f"clamp {self.name!r}: follow", self.follow)
+        one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
 
     def vertices(self, points: np.ndarray) -> np.ndarray:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""

@@ -174,7 +174,10 @@ class Recorder:
             self._history = folder.history()
             self._usd = UsdWriter(
                 folder.scene_path,
-                [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies],
+                [
+                    PlyShape(p.name, p.rest_points, p.mesh.triangles, p.fabric.bends)
+                    for p in scene.plies
+                ],
                 [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
             )
 

@@ -215,7 +215,7 @@ class PlyContact:
         search.ease = PUSH_OUT * peak_speed(self.scene) * interval
         return search
 
-    def measure(self, plies: PlyState, memory: PlyMemory) -> Measured:
+    def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
         """Energy in contact springs and friction springs; slip and penetration of each pair."""
         slip, deepest = memory.slip.numpy(), memory.deepest.numpy()
         jump, plies = memory.jump.numpy(), self.scene.plies

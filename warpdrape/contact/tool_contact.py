@@ -23,7 +23,7 @@ from warpdrape.kernels.contact.tool_contact import (
     find_tool_contacts,
 )
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing
 
 SEARCH_BEYOND = 2e-3
@@ -113,7 +113,7 @@ class ToolContact:
             push.append(Launch(add_tool_forces, count, inputs, outputs))
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
-    def measure(self, plies: PlyState, memory: ToolMemory) -> Measured:
+    def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:
         """Energy in contact springs and friction springs; penetration of each tool."""
         deepest = memory.deepest.numpy()
         return Measured(

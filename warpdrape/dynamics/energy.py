@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.dynamics.model import Model
-from warpdrape.interaction import Measured
+from warpdrape.interaction import Measured, bodies_of
 from warpdrape.state import State
 
 
@@ -59,8 +59,9 @@ class Energies:
 
 def measure(model: Model, state: State) -> tuple[Measured, ...]:
     """What every force and contact shows now, in the model's order."""
+    bodies = bodies_of(state)
     return tuple(
-        thing.measure(state.plies, memory)
+        thing.measure(bodies, memory)
         for thing, memory in zip(model.interactions, state.memory, strict=True)
     )
 

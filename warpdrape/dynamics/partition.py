@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from warpdrape.dynamics.model import Model
-from warpdrape.interaction import Bodies, Launches, Run, Share
+from warpdrape.interaction import Launches, Run, Share, bodies_of
 from warpdrape.state import State, with_own
 
 MOST_RUNS = 8
@@ -64,7 +64,7 @@ def split(model: Model, state: State, count: int) -> tuple[Part, ...]:
 
 def launches_of(model: Model, share: Share, state: State) -> list[Launches]:
     """What a part launches for each force and contact, in the model's order."""
-    bodies = Bodies(state.plies, state.tools, state.clamps, state.step)
+    bodies = bodies_of(state)
     return [
         thing.launches(share, bodies, memory)
         for thing, memory in zip(model.interactions, state.memory, strict=True)

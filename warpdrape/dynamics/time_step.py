@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.blanks.ply import Ply
 from warpdrape.contact.law import step_share
 from warpdrape.dynamics.interactions import FORCES
 from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import flat_gradients
-from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
 
 
@@ -44,10 +42,9 @@ def stable_step(highest: float, taken: float) -> float:
     return math.sqrt((4.0 - taken) / highest)
 
 
-def frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
-    """Bound on ω² [1/s²] of each triangle of a ply, all forces together."""
-    first, *others = (force.frequencies(ply, numerics) for force in FORCES)
-    return sum(others, first)
+def frequencies(scene: Setup, number: int) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply, that of each force, shape [force, triangle]."""
+    return np.stack([force.frequencies(scene, number) for force in FORCES])
 
 
 def lump_masses(scene: Setup) -> LumpedMass:
@@ -62,9 +59,10 @@ def lump_masses(scene: Setup) -> LumpedMass:
         share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step
         allowed = share**2
     selective = numerics.mass_scaling == "selective"
-    masses, added, highest = [], [], 0.0
-    for ply in scene.plies:
-        frequency = frequencies(ply, numerics)
+    masses, added, highest, unscaled = [], [], 0.0, 0.0
+    for number, ply in enumerate(scene.plies):
+        by_force = frequencies(scene, number)
+        frequency = by_force.sum(axis=0)
         scale = np.maximum(frequency / (np.inf if selective else allowed), 1.0)
         _, areas = flat_gradients(ply)
         third = ply.fabric.areal_density * areas / 3.0
@@ -74,6 +72,7 @@ def lump_masses(scene: Setup) -> LumpedMass:
         masses.append(total)
         added.append(total - np.bincount(vertex.ravel(), np.repeat(third, 3), count))
         highest = max(highest, float((frequency / scale).max()))
+        unscaled = max(unscaled, float(by_force[1:].sum(axis=0).max()))
     scaling = Polynomial(1)
     if selective and scene.clamps:
         raise InputError(
@@ -82,8 +81,13 @@ def lump_masses(scene: Setup) -> LumpedMass:
         )
     if selective and highest > allowed:
         bound = laplacian_bound(scene)
-        scaling = choose_polynomial(bound, allowed, numerics.minimum_time_step)
-        highest = scaling.peak * bound
+        if unscaled > 0.5 * allowed:
+            raise InputError(
+                f"minimum_time_step = {numerics.minimum_time_step:g} s is too long for the plies' "
+                "bending, which mass_scaling = 'selective' leaves as it is: lower it"
+            )
+        scaling = choose_polynomial(bound, allowed - unscaled, numerics.minimum_time_step)
+        highest = scaling.peak * bound + unscaled  # what scales down the first force alone
     return LumpedMass(
         np.concatenate(masses),
         np.concatenate(added),

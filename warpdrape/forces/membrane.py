@@ -31,7 +31,6 @@ from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.materials.softening import soften, softening_entries, softening_warnings
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
-from warpdrape.state import PlyState
 
 SHEAR_RANGE = math.radians(75.0)
 """Shear angle up to which the stable step covers the shear law [rad], past any locking."""
@@ -111,9 +110,9 @@ class Membranes:
                     scatter.append(Launch(kernel, ours.count, inputs, [bodies.plies.f]))
         return Launches(scatter=tuple(scatter))
 
-    def measure(self, plies: PlyState, memory: None) -> Measured:
+    def measure(self, bodies: Bodies, memory: None) -> Measured:
         """Energies, and per ply strain and line tension."""
-        shown = [membrane.measure(plies.x) for membrane in self.plies]
+        shown = [membrane.measure(bodies.plies.x) for membrane in self.plies]
         energies = np.einsum("ij->j", np.concatenate([energy for *_, energy in shown]))
         names = ("yarn", "shear", "stabiliser")
         return Measured(
@@ -152,8 +151,9 @@ def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
     return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
 
 
-def frequencies(ply: Ply, numerics: Numerics) -> np.ndarray:
-    """Bound on ω² [1/s²] of each triangle of a ply."""
+def frequencies(scene: Setup, number: int) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply, given its number."""
+    ply, numerics = scene.plies[number], scene.numerics
     gradients, _ = flat_gradients(ply)
     return highest_frequency_squared(
         gradients, ply.fabric.areal_density, *sheet_stiffness(ply, numerics)

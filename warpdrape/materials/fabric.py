@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from warpdrape.errors import InputError, finite, nearest, positive
+from warpdrape.materials.bending import Bending
 from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
@@ -55,6 +56,7 @@ class Fabric:
         shear: shear couple law.
         compressive_factor: yarn stiffness in compression over that in tension [-].
         yarn_angle: angle from warp to weft in the flat ply [rad].
+        bending: resistance to bending; None for a ply that bends freely.
         sources: value name → where it comes from.
         description: what it is, in a line.
         doubts: what is uncertain about the fabric as a whole.
@@ -69,6 +71,7 @@ class Fabric:
     cell_weft: float = 1e-3
     compressive_factor: float = 0.01
     yarn_angle: float = math.pi / 2
+    bending: Bending | None = None
     sources: Mapping[str, Source] = field(default_factory=dict)
     description: str = ""
     doubts: tuple[str, ...] = ()
@@ -100,6 +103,8 @@ class Fabric:
             raise InputError(
                 "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
             )
+        if not isinstance(self.bending, Bending | None):
+            raise InputError(f"bending = {self.bending!r} is not a warpdrape.Bending")
         self._check_crimp()
         falling = falling_angle(self.shear)
         if falling is not None:
@@ -120,6 +125,11 @@ class Fabric:
                     f"the crimp law's spacing_{family} = {spacing} m must equal "
                     f"cell_{family} = {cell} m"
                 )
+
+    @property
+    def bends(self) -> bool:
+        """Whether it resists bending."""
+        return self.bending is not None and not self.bending.nothing
 
     @property
     def cell_area(self) -> float:

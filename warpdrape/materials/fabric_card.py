@@ -8,6 +8,7 @@ import textwrap
 
 import numpy as np
 
+from warpdrape.materials.bending import GRAVITY
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import initial_shear_stiffness, shear_stiffness
@@ -88,6 +89,9 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         if source and source.given:
             shown = "of " + ", ".join(("γ", "γ³", "γ⁵", "γ⁷")[: len(terms)])
         values.append(("shear.coefficients", shown))
+    if fabric.bending is not None:
+        stated = ("warp", "weft", *(n for n in ("twist",) if f"bending.{n}" in fabric.sources))
+        values += [(f"bending.{n}", f"{getattr(fabric.bending, n):.4g} N·m") for n in stated]
     return values
 
 
@@ -131,6 +135,13 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
             rows.append((f"normalised shear force at {angle}°", f"{force:.4g} N/mm"))
         stiffest = shear_stiffness(fabric, math.radians(60))
         rows.append(("largest shear stiffness up to 60°", f"{stiffest:.4g} N/m"))
+    if fabric.bends:
+        weight = GRAVITY * fabric.areal_density
+        lengths = [(b / weight) ** (1 / 3) for b in (fabric.bending.warp, fabric.bending.weft)]
+        shown = ", ".join(f"{1e3 * length:.3g}" for length in lengths)
+        rows.append(("flexural length, warp and weft", f"{shown} mm"))
+        if "bending.twist" not in fabric.sources:
+            rows.append(("twisting stiffness", f"{fabric.bending.twist:.4g} N·m"))
     return rows
 
 

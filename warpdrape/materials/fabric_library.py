@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from warpdrape.errors import InputError, one_of
+from warpdrape.materials.bending import Bending, from_flexural_length
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.materials.laws import (
@@ -55,6 +56,13 @@ _TENSION_KEYS = {
     },
     "isotropic": {"stiffness": "force per length", "poisson": "ratio"},
 }
+_BENDING = {
+    "warp": "bending stiffness",
+    "weft": "bending stiffness",
+    "twist": "bending stiffness",
+    "flexural_length_warp": "length",
+    "flexural_length_weft": "length",
+}
 _SHEAR_KEYS = {
     "polynomial": {"coefficients": "couple"},
     "table": {"angles": "angle", "couples": "couple"},
@@ -90,9 +98,33 @@ def load_fabric(name_or_path: str | os.PathLike[str]) -> Fabric:
         return _fabric(read_sections(path, f"{name}.toml"))
 
 
+def with_bending(fabric: Fabric | str | os.PathLike[str], choice: str | float) -> Fabric:
+    """Return a fabric with its own bending, none, or one stiffness in all directions.
+
+    Args:
+        fabric: a fabric, or its name or file.
+        choice: "fabric", "none", or a stiffness [N·m], also as text.
+
+    Raises:
+        InputError: for anything else.
+    """
+    fabric = fabric if isinstance(fabric, Fabric) else load_fabric(fabric)
+    if choice == "fabric":
+        return fabric
+    if choice == "none":
+        return replace(fabric, bending=None)
+    try:
+        stiffness = float(choice)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"bending = {choice!r} must be 'fabric', 'none' or a stiffness [N·m], as 0.001"
+        ) from None
+    return replace(fabric, bending=Bending.isotropic(stiffness))
+
+
 def _fabric(file: Section) -> Fabric:
     """Build the fabric that a file describes."""
-    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear"))
+    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending"))
     file.require("name", str, "a text")
     sources: Sources = {}
     isotropic = file.section("tension").values.get("law") == "isotropic"
@@ -105,6 +137,7 @@ def _fabric(file: Section) -> Fabric:
         values |= _cell(file, values.get("yarn_angle", math.pi / 2), sources)
     tension = _tension(file, values, sources)
     shear = _shear(file, sources)
+    bending = _bending(file, values, tension, sources)
     try:
         return Fabric(
             name=file.text("name"),
@@ -112,6 +145,7 @@ def _fabric(file: Section) -> Fabric:
             doubts=_doubts(file),
             tension=tension,
             shear=shear,
+            bending=bending,
             sources=sources,
             **values,
         )
@@ -192,5 +226,39 @@ def _shear(file: Section, sources: Sources) -> ShearLaw:
                 return ShearTable(**values)
             case _:
                 return NoShear()
+    except InputError as error:
+        section.blame(error)
+
+
+def _bending(
+    file: Section, values: dict[str, Any], tension: TensionLaw, sources: Sources
+) -> Bending | None:
+    """Bending as stiffness or flexural length per family; of a solid isotropic sheet its own."""
+    if "bending" not in file.values:
+        return None
+    section = file.section("bending", ("law", *_BENDING))
+    law = section.text("law") or "linear"
+    laws = ("linear", "solid") if isinstance(tension, IsotropicMembrane) else ("linear",)
+    if law not in laws:
+        section.fail("law", f"{law!r} is unknown here; known: {', '.join(laws)}")
+    if law == "solid":
+        section.check_keys(("law",))
+        return Bending.of_sheet(tension.stiffness, tension.poisson, values["thickness"])
+    found: dict[str, float] = {}
+    for family in ("warp", "weft"):
+        length = f"flexural_length_{family}"
+        if (family in section.values) == (length in section.values):
+            key = length if length in section.values else ""
+            section.fail(key, f"give either {family!r} or {length!r}")
+        key = length if length in section.values else family
+        found[family], source = section.number(key, _BENDING[key])
+        if key == length:
+            source = replace(source, given=f"flexural length {source.given}")
+            found[family] = from_flexural_length(found[family], values["areal_density"])
+        sources[f"bending.{family}"] = source
+    if "twist" in section.values:
+        found["twist"], sources["bending.twist"] = section.number("twist", _BENDING["twist"])
+    try:
+        return Bending(**found)
     except InputError as error:
         section.blame(error)

@@ -30,6 +30,8 @@ class FormedPly:
         shear_angle: signed shear angle γ [rad], shape [m].
         strain: warp and weft strain, as the pairs of triangles share them [-], shape [m, 2].
         line_tension: of warp and weft [N per metre of initial width], shape [m, 2].
+        curvature: of warp and weft yarns out of the ply's plane at vertices [1/m], positive where
+            hollow towards the flat ply's upper side, shape [n, 2]; None without bending.
     """
 
     name: str
@@ -41,6 +43,7 @@ class FormedPly:
     shear_angle: np.ndarray
     strain: np.ndarray
     line_tension: np.ndarray
+    curvature: np.ndarray | None = None
 
     @property
     def shear_angle_deg(self) -> np.ndarray:
@@ -63,6 +66,7 @@ class FormedPly:
             self.strain[:, 1],
             self.line_tension[:, 0],
             self.line_tension[:, 1],
+            *(() if self.curvature is None else self.curvature.T),
         )
 
 

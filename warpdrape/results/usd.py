@@ -51,11 +51,13 @@ class PlyShape:
         name: the ply's name; made a valid USD identifier in the file.
         rest_points: the flat blank [m], shape (n, 3).
         triangles: vertex numbers, shape (m, 3).
+        bends: whether its frames have curvatures.
     """
 
     name: str
     rest_points: ArrayLike
     triangles: ArrayLike
+    bends: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,9 @@ class PlyFrame:
         weft_strain: strain of the weft yarns, shape (m,).
         warp_tension: [N per metre of width], shape (m,).
         weft_tension: [N per metre of width], shape (m,).
+        warp_curvature: of the warp yarns out of the ply's plane at vertices [1/m], shape (n,);
+            None where the ply has no bending, as the next.
+        weft_curvature: of the weft yarns.
     """
 
     points: ArrayLike
@@ -96,6 +101,8 @@ class PlyFrame:
     weft_strain: ArrayLike
     warp_tension: ArrayLike
     weft_tension: ArrayLike
+    warp_curvature: ArrayLike | None = None
+    weft_curvature: ArrayLike | None = None
 
 
 class UsdWriter:
@@ -136,7 +143,10 @@ class UsdWriter:
         stage = Usd.Stage.Open(self._layer)
         set_up_stage(stage, frames_per_second)
         cloth, metal = define_materials(stage)
-        self._plies = [define_ply(stage, mesh, cloth) for mesh in self._meshes]
+        self._plies = [
+            define_ply(stage, mesh, cloth, bends=ply.bends)
+            for mesh, ply in zip(self._meshes, plies, strict=True)
+        ]
         self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
         self._save()
 
@@ -306,7 +316,9 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32
         values = {
             f.name: np.asarray(getattr(frame, f.name), np.float64).astype(np.float32)
             for f in fields(PlyFrame)
+            if getattr(frame, f.name) is not None
         }
+    shapes |= {"warp_curvature": (n,), "weft_curvature": (n,)}
     for name, value in values.items():
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
     values["color"] = shear_color(values["shear_angle_deg"])

@@ -169,9 +169,9 @@ def _define_mesh(
 
 
 def define_ply(
-    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material
+    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material, *, bends: bool = False
 ) -> dict[str, Sdf.Path]:
-    """Return where the values of each frame go, by their names."""
+    """Return where the values of each frame go, by their names; with curvatures where it bends."""
     usd_mesh = _define_mesh(stage, "plies", mesh, material)
     primvars = UsdGeom.PrimvarsAPI(usd_mesh)
     rest = primvars.CreatePrimvar(
@@ -184,6 +184,11 @@ def define_ply(
         attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.uniform).GetAttr()
         attribute.SetDocumentation(text)
         attributes[key] = attribute
+    for family in ("warp", "weft") if bends else ():
+        name, kind = f"{family}Curvature", Sdf.ValueTypeNames.FloatArray
+        attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.vertex).GetAttr()
+        attribute.SetDocumentation(f"curvature of the {family} yarns out of the ply's plane [1/m]")
+        attributes[f"{family}_curvature"] = attribute
     color = usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).GetAttr()
     color.SetDocumentation("shear angle |γ| on the viridis scale (linear light)")
     color.SetCustomData({"scale": "viridis", "minimumDeg": 0.0, "maximumDeg": COLOR_RANGE_DEG})

@@ -1,0 +1,292 @@
+"""Bending of the plies: matrices on a device, launches, energy, bound on ω², curvatures.
+
+The energy is quadratic in positions with constant coefficients, so the forces are f = −K x − R M:
+K from `curvature`, M the matrices of clamps, which hold the ply's slope where they hold it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+from scipy import sparse
+
+from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.forces.curvature import CurvatureOperator, curvature_operator
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.kernels.forces.bending import (
+    Rows,
+    Slopes,
+    add_bending_forces,
+    add_slope_forces,
+    add_slope_work,
+)
+from warpdrape.setup import Setup
+
+NEGLIGIBLE = 1e-13
+"""Entries of K below this share of the largest are rounding [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlyBending:
+    """Bending of one ply.
+
+    Attributes:
+        span: where the ply is in the model.
+        operator: its curvatures.
+        moduli: of them [N·m], shape [3, 3].
+        triangles: vertices, numbered in the ply, shape [triangle, 3].
+        gradients: D of the yarns, as `yarn_gradients` has them [1/m], shape [triangle, 4].
+        rows: K for the kernel.
+        slopes: what clamps' slopes do, None where none is held.
+        turning: whether any of these clamps turns or distorts.
+    """
+
+    span: Span
+    operator: CurvatureOperator
+    moduli: np.ndarray
+    triangles: np.ndarray
+    gradients: np.ndarray
+    rows: Rows
+    slopes: Slopes | None
+    turning: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Bendings:
+    """Bending of all plies that have it.
+
+    Attributes:
+        plies: by number of the ply.
+        ply_count: how many plies there are.
+        scene: what is computed.
+        spans: where plies are.
+    """
+
+    plies: Mapping[int, PlyBending]
+    scene: Setup
+    spans: tuple[Span, ...]
+    name: str = "bending"
+    searches: str = ""
+
+    def start(self) -> None:
+        """Linear bending remembers nothing."""
+
+    def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
+        """Rows of a part's own vertices."""
+        scatter, push = [], []
+        x, f = bodies.plies.x, bodies.plies.f
+        clamps = len(self.scene.clamps)
+        for number, bending in self.plies.items():
+            offset = bending.span.first_vertex
+            if bending.slopes is not None:
+                bending.slopes.steps = bodies.clamps.matrix.shape[0] // clamps
+            for first, count in share.by_ply[number]:
+                scatter.append(
+                    Launch(add_bending_forces, count, [first, offset, bending.rows, x], [f])
+                )
+                if bending.slopes is not None:
+                    inputs = [first, offset, bending.slopes, bodies.step, bodies.clamps.matrix]
+                    push.append(Launch(add_slope_forces, count, inputs, [f]))
+            if bending.turning and share.number == 0:  # it alone counts the steps
+                inputs = [bending.slopes, bodies.step, bodies.clamps.matrix, x]
+                scatter.append(Launch(add_slope_work, clamps, inputs, [bodies.clamps.work]))
+        return Launches(scatter=tuple(scatter), push=tuple(push))
+
+    def measure(self, bodies: Bodies, memory: None) -> Measured:
+        """Energy, and per ply the curvatures of its yarns at vertices."""
+        x = bodies.plies.x.numpy()
+        stored, columns = 0.0, self._columns(bodies)
+        fields: list[Mapping[str, np.ndarray]] = [{} for _ in self.spans]
+        for number, bending in self.plies.items():
+            points, operator = x[bending.span.vertices], bending.operator
+            curvature = operator.rows @ points
+            curvature += operator.slopes @ columns[: operator.slopes.shape[1]]
+            curvature = curvature.reshape(-1, 3, 3)  # triangle, (κ1, κ2, κ12), component
+            moments = np.einsum("ij,tjc->tic", bending.moduli, curvature)
+            stored += 0.5 * operator.areas @ np.einsum("tic,tic->t", curvature, moments)
+            fields[number] = {"curvature": out_of_plane(bending, points, curvature[:, :2])}
+        return Measured({"bending": float(stored)}, fields=tuple(fields))
+
+    def _columns(self, bodies: Bodies) -> np.ndarray:
+        """First two columns of the clamps' matrices now, shape [2 · clamp, 3]."""
+        clamps = len(self.scene.clamps)
+        if not clamps:
+            return np.zeros((0, 3))
+        step = int(bodies.step.numpy()[0])
+        now = bodies.clamps.matrix.numpy().reshape(clamps, -1, 3, 3)[:, step]
+        return np.swapaxes(now, 1, 2)[:, :2].reshape(-1, 3)
+
+    def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """What ``summary.json`` says of a ply's bending."""
+        if "curvature" not in fields:
+            return {}
+        largest = np.abs(fields["curvature"]).max(axis=0)
+        names = ("max_curvature_warp_per_m", "max_curvature_weft_per_m")
+        return dict(zip(names, map(float, largest), strict=True))
+
+    def entries(
+        self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
+    ) -> tuple[dict[str, float], list[str]]:
+        """Nothing to say of all plies together."""
+        return {}, []
+
+
+def out_of_plane(bending: PlyBending, points: np.ndarray, curvature: np.ndarray) -> np.ndarray:
+    """Curvature of both yarns out of the ply's plane at vertices [1/m], shape [vertex, 2].
+
+    Positive where a yarn is hollow on the side that faces up on the flat ply. Per length of the
+    formed yarn: κ·n/‖∂x/∂y‖², averaged by flat area over the triangles at a vertex.
+
+    Args:
+        bending: of the ply.
+        points: formed positions [m], shape [vertex, 3].
+        curvature: κ1 and κ2 of the triangles [1/m], shape [triangle, 2, 3].
+    """
+    a, b, c = (points[bending.triangles[:, k]] for k in range(3))
+    ab, ac = b - a, c - a
+    normal = np.cross(ab, ac)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    areas, corners = bending.operator.areas, bending.triangles.ravel()
+    share = np.bincount(corners, np.repeat(areas, 3), len(points))
+    found = np.empty((len(points), 2))
+    for family in (0, 1):
+        d = bending.gradients[:, 2 * family : 2 * family + 2]
+        yarn = d[:, :1] * ab + d[:, 1:] * ac
+        bent = (curvature[:, family] * normal).sum(axis=1) / (yarn**2).sum(axis=1)
+        found[:, family] = np.bincount(corners, np.repeat(areas * bent, 3), len(points)) / share
+    return found
+
+
+def frequencies(scene: Setup, number: int) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply, 0 where it has no bending.
+
+    By Gershgorin K ≤ diag Σ_j |K_ij|, which is shared out over the triangles at a vertex with their
+    mass, so that bounds of forces add up whatever mass scaling does to a triangle.
+    """
+    ply = scene.plies[number]
+    triangles = np.asarray(ply.mesh.triangles)
+    found = _matrices(scene)[number]
+    if found is None:
+        return np.zeros(len(triangles))
+    operator, matrix, _, _ = found
+    third = np.repeat(ply.fabric.areal_density * operator.areas / 3.0, 3)
+    mass = np.bincount(triangles.ravel(), third, matrix.shape[0])
+    bound = np.asarray(abs(matrix).sum(axis=1)).ravel() / mass
+    return bound[triangles].max(axis=1)
+
+
+@lru_cache(maxsize=2)
+def _matrices(scene: Setup) -> tuple[tuple[Any, ...] | None, ...]:
+    """Per ply its operator and `CurvatureOperator.stiffness`, None where nothing resists bending.
+
+    Kept for the scene that was asked for last: the step's bound and the forces both need them.
+    """
+    return tuple(_of_ply(scene, number) for number in range(len(scene.plies)))
+
+
+def _of_ply(scene: Setup, number: int) -> tuple[Any, ...] | None:
+    ply = scene.plies[number]
+    if not ply.fabric.bends:
+        return None
+    points, triangles = np.asarray(ply.mesh.vertices), np.asarray(ply.mesh.triangles)
+    held = np.full(len(points), -1)
+    for index, clamp in enumerate(scene.clamps):
+        if clamp.ply == ply.name and clamp.slope == "held":
+            held[clamp.vertices(ply.rest_points)] = index
+    operator = curvature_operator(points, triangles, ply.yarn_directions, held)
+    matrix, slopes, between = operator.stiffness(ply.fabric.bending.moduli)
+    matrix.data[np.abs(matrix.data) < NEGLIGIBLE * np.abs(matrix.data).max()] = 0.0
+    matrix.eliminate_zeros()
+    matrix.sort_indices()
+    return operator, matrix, slopes, between.toarray()
+
+
+def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Bendings | None:
+    """Put the bending of all plies on a device; None where no ply has any."""
+    found = zip(_matrices(scene), spans, strict=True)
+    plies = {
+        number: _build_ply(scene, number, span, *matrices, device)
+        for number, (matrices, span) in enumerate(found)
+        if matrices is not None
+    }
+    return Bendings(plies, scene, spans) if plies else None
+
+
+def _build_ply(
+    scene: Setup,
+    number: int,
+    span: Span,
+    operator: CurvatureOperator,
+    matrix: sparse.csr_matrix,
+    slopes: sparse.csr_matrix,
+    between: np.ndarray,
+    device: str,
+) -> PlyBending:
+    ply = scene.plies[number]
+    rows = Rows()
+    rows.first = wp.array(matrix.indptr, dtype=wp.int32, device=device)
+    rows.vertex = wp.array(matrix.indices + span.first_vertex, dtype=wp.int32, device=device)
+    rows.value = wp.array(matrix.data, dtype=wp.float64, device=device)
+    triangles = np.asarray(ply.mesh.triangles)
+    gradients, _ = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
+    holding = [clamp.ply == ply.name and clamp.slope == "held" for clamp in scene.clamps]
+    return PlyBending(
+        span,
+        operator,
+        ply.fabric.bending.moduli,
+        triangles,
+        gradients,
+        rows,
+        _slopes(scene, number, span, slopes, between, device) if any(holding) else None,
+        any(h and clamp.matrix is not None for h, clamp in zip(holding, scene.clamps, strict=True)),
+    )
+
+
+def _slopes(
+    scene: Setup,
+    number: int,
+    span: Span,
+    matrix: sparse.csr_matrix,
+    between: np.ndarray,
+    device: str,
+) -> Slopes:
+    """Entries of vertices and clamps, both columns of a clamp's matrix together."""
+    ply, clamps = scene.plies[number], len(scene.clamps)
+    full = np.zeros((2 * clamps, 2 * clamps))
+    full[: len(between), : len(between)] = between
+    pairs = matrix.tocoo()
+    key, place = np.unique(
+        pairs.row.astype(np.int64) * clamps + pairs.col // 2, return_inverse=True
+    )
+    values = np.zeros((len(key), 2))
+    np.add.at(values, (place, pairs.col % 2), pairs.data)
+    vertex, clamp = key // clamps, key % clamps
+    by_clamp = np.argsort(clamp, kind="stable")
+    anchors = [
+        span.first_vertex + c.vertices(ply.rest_points)[0] if c.ply == ply.name else -1
+        for c in scene.clamps
+    ]
+
+    def integers(array: np.ndarray) -> wp.array:
+        return wp.array(array, dtype=wp.int32, device=device)
+
+    slopes = Slopes()
+    slopes.first_of_vertex = integers(_starts(vertex, span.vertex_count))
+    slopes.clamp = integers(clamp)
+    slopes.on_vertex = wp.array(values, dtype=wp.vec2d, device=device)
+    slopes.first_of_clamp = integers(_starts(clamp, clamps))
+    slopes.vertex = integers(vertex[by_clamp] + span.first_vertex)
+    slopes.on_clamp = wp.array(values[by_clamp], dtype=wp.vec2d, device=device)
+    slopes.between = wp.array(full, dtype=wp.float64, device=device)
+    slopes.anchor = integers(np.array(anchors))
+    return slopes
+
+
+def _starts(owners: np.ndarray, count: int) -> np.ndarray:
+    """Where the entries of each of ``count`` owners begin in a sorted list, and their end."""
+    return np.r_[0, np.cumsum(np.bincount(owners, minlength=count))]

@@ -1,0 +1,219 @@
+"""Curvatures of yarns from positions: the rows of linear operators, constant during a run.
+
+With X on the flat blank and x(X) the formed ply, the second derivatives of x are found per triangle
+from slopes at its edges (the divergence theorem for ∇∇x):
+
+    H_T = (1/A) Σ_e ℓ_e sym(θ_e ⊗ n_e),   θ_e = t_e (x_b − x_a)/ℓ_e + n_e g_e
+
+t_e, n_e are an edge's direction and outward normal, g_e = n_e · ½ (G_a + G_b) the slope across it,
+the mean of gradients G at its ends. Both triangles at an edge feel the same g_e, so that nothing is
+left of it on a linear field; and as G is exact on quadratics, so is H. (A subspace of Morley's
+plate element 1968, with its edge slopes tied to vertices.) G at a vertex comes from a quadratic
+least-squares fit through it over its neighbours; where a clamp holds the slope, G is the clamp's.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+CORE = 0.2
+"""Weights of the fit are 1/(CORE + d²/h²) at distance d, with h² the area of a vertex [-]."""
+POOREST_FIT = 1e-3
+"""Share of its largest eigenvalue from which one of a fit's normal matrix counts [-]."""
+INEXACT = 1e-6
+"""Error of a gradient on quadratics, over 1, above which the ring round a vertex grows [-]. A ring
+of four that is symmetric leaves a quadratic undetermined, and gives the gradient all the same."""
+FEWEST = 4
+"""Others that a fit takes at least [-]."""
+LARGEST_WEIGHTS = 3.5
+"""… and it takes more while its weights, times h, add up to more than this [-]."""
+WIDEST = 3
+"""Rings beyond which a fit is taken as it is: a mesh of so few vertices shows no curvature."""
+TIE = 1e-6
+"""Others whose distances differ by less than this share are taken together, or not at all [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurvatureOperator:
+    """Curvature rows of one ply.
+
+    Attributes:
+        rows: x ↦ second derivatives along t1, along t2 and across, triangle by triangle [1/m²],
+            shape [3 · triangle, vertex].
+        slopes: the same for the columns of each clamp's matrix [1/m], shape [3 · triangle,
+            2 · clamp].
+        areas: flat areas [m²], shape [triangle].
+    """
+
+    rows: sparse.csr_matrix
+    slopes: sparse.csr_matrix
+    areas: np.ndarray
+
+    def stiffness(self, moduli: np.ndarray) -> tuple[sparse.csr_matrix, ...]:
+        """Matrices of ½ Σ A κ·(D κ): (vertex, vertex), (vertex, slope) and (slope, slope).
+
+        Args:
+            moduli: D [N·m], symmetric, shape [3, 3].
+        """
+        weights = sparse.kron(sparse.diags(self.areas), moduli, format="csr")
+        left, right = weights @ self.rows, weights @ self.slopes
+        return tuple(
+            sparse.csr_matrix(matrix)
+            for matrix in (self.rows.T @ left, self.rows.T @ right, self.slopes.T @ right)
+        )
+
+
+def curvature_operator(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    directions: tuple[np.ndarray, np.ndarray],
+    held: np.ndarray | None = None,
+) -> CurvatureOperator:
+    """Find the rows of a ply.
+
+    Args:
+        points: flat vertices [m], shape [n, 2].
+        triangles: vertices, counter-clockwise, shape [m, 3].
+        directions: unit vectors t1, t2 of warp and weft, each shape [2].
+        held: clamp that holds the slope at a vertex, −1 if free, shape [n]; none by default.
+    """
+    n, m = len(points), len(triangles)
+    held = np.full(n, -1) if held is None else held
+    clamps = int(held.max(initial=-1)) + 1
+    across, along = vertex_gradients(points, triangles)
+    free = sparse.diags((held < 0).astype(float))
+    fits = [free @ gradient for gradient in (across, along)]
+    fixed = np.flatnonzero(held >= 0)
+    ends = [
+        sparse.csr_matrix(
+            (np.ones(len(fixed)), (fixed, 2 * held[fixed] + axis)), shape=(n, 2 * clamps)
+        )
+        for axis in (0, 1)
+    ]
+    areas = _areas(points, triangles)
+    rows = [sparse.csr_matrix((m, n)) for _ in range(3)]
+    slopes = [sparse.csr_matrix((m, 2 * clamps)) for _ in range(3)]
+    pairs = ((0, 0), (1, 1), (0, 1))
+    for corner in range(3):
+        a, b = triangles[:, corner], triangles[:, (corner + 1) % 3]
+        edge = points[b] - points[a]
+        length = np.linalg.norm(edge, axis=1)
+        t = edge / length[:, None]
+        normal = np.column_stack([t[:, 1], -t[:, 0]])
+        chord = _picked(b, n) - _picked(a, n)  # x_b − x_a
+        mean = 0.5 * (_picked(a, n) + _picked(b, n))
+        for number, (p, q) in enumerate(pairs):
+            tp, tq, np_, nq = (v @ directions[k] for v in (t, normal) for k in (p, q))
+            bent, turned = (0.5 * (u * nq + w * np_) / areas for u, w in ((tp, tq), (np_, nq)))
+            rows[number] = rows[number] + sparse.diags(bent) @ chord
+            for axis in (0, 1):
+                share = sparse.diags(turned * length * normal[:, axis]) @ mean
+                rows[number] = rows[number] + share @ fits[axis]
+                slopes[number] = slopes[number] + share @ ends[axis]
+    return CurvatureOperator(_interleaved(rows), _interleaved(slopes), areas)
+
+
+def vertex_gradients(
+    points: np.ndarray, triangles: np.ndarray
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """∂/∂X and ∂/∂Y at vertices [1/m], exact on quadratics, each shape [vertex, vertex]."""
+    n = len(points)
+    sides = np.concatenate([triangles[:, [k, k - 1]] for k in range(3)])
+    beside = sparse.csr_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(n, n))
+    beside = ((beside + beside.T) > 0).astype(np.int8).tocsr()
+    size = np.sqrt(np.bincount(triangles.ravel(), np.repeat(_areas(points, triangles) / 3.0, 3), n))
+    reach, left = beside, np.arange(n)
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    for ring in range(1, WIDEST + 1):
+        rest = []
+        counts = np.diff(reach.indptr)[left] - (reach.diagonal()[left] != 0)
+        for count in np.unique(counts):
+            group = left[counts == count]
+            others, apart = _rings(points, reach, group, int(count))
+            for some in range(min(FEWEST, int(count)), int(count) + 1):
+                coefficients, good = _fits(points, size, group, others[:, :some])
+                good = (good & apart[:, some - 1]) | (ring == WIDEST and some == count)
+                found.append((group[good], others[good, :some], coefficients[good]))
+                group, others, apart = group[~good], others[~good], apart[~good]
+            rest.append(group)
+        left = np.concatenate(rest)
+        if not len(left):
+            break
+        reach = ((reach @ beside + reach) > 0).astype(np.int8).tocsr()
+    matrices = []
+    for axis in (0, 1):
+        entries = [np.r_[c[:, axis].ravel(), -c[:, axis].sum(axis=1)] for _, _, c in found]
+        at = [np.r_[np.repeat(g, o.shape[1]), g] for g, o, _ in found]
+        of = [np.r_[o.ravel(), g] for g, o, _ in found]
+        index = (np.concatenate(at), np.concatenate(of))
+        matrices.append(sparse.csr_matrix((np.concatenate(entries), index), shape=(n, n)))
+    return tuple(matrices)
+
+
+def _rings(
+    points: np.ndarray, reach: sparse.csr_matrix, group: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The others within reach of each of a group, all with so many, nearest first.
+
+    Returns:
+        Vertices, shape [k, count], and whether the next one is farther off, likewise.
+    """
+    rows = reach[group]
+    own = np.repeat(group, np.diff(rows.indptr))
+    others = rows.indices[rows.indices != own].reshape(len(group), count)
+    distance = np.linalg.norm(points[others] - points[group][:, None], axis=2)
+    order = np.argsort(distance, axis=1, kind="stable")
+    distance = np.take_along_axis(distance, order, axis=1)
+    apart = np.ones(distance.shape, dtype=bool)
+    apart[:, :-1] = distance[:, 1:] > (1.0 + TIE) * distance[:, :-1]
+    return np.take_along_axis(others, order, axis=1), apart
+
+
+def _fits(
+    points: np.ndarray, size: np.ndarray, group: np.ndarray, others: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient weights of quadratic fits through each vertex of a group, and which are good.
+
+    Returns:
+        Weights of (x_j − x_v) for ∂/∂X and ∂/∂Y [1/m], shape [k, 2, others], and a mask [k].
+    """
+    scale = size[group][:, None]
+    d = (points[others] - points[group][:, None]) / scale[..., None]
+    u, v = d[..., 0], d[..., 1]
+    # √½ makes the eigenvalues below the same for a blank that lies turned
+    design = np.stack([u, v, 0.5 * u * u, math.sqrt(0.5) * u * v, 0.5 * v * v], axis=2)
+    weight = 1.0 / (CORE + u * u + v * v)
+    transposed = np.swapaxes(design * weight[..., None], 1, 2)
+    normal = transposed @ design
+    values, modes = np.linalg.eigh(normal)
+    counted = values > POOREST_FIT * values[:, -1:]
+    inverse = counted / np.where(counted, values, 1.0)
+    gradient = (modes * inverse[:, None]) @ np.swapaxes(modes, 1, 2) @ transposed
+    gradient = gradient[:, :2]
+    miss = np.abs(gradient @ design - np.eye(5)[:2]).max(axis=(1, 2))
+    weights = np.linalg.norm(gradient, axis=1).sum(axis=1)
+    good = (miss < INEXACT) & (weights < LARGEST_WEIGHTS)
+    return gradient / scale[..., None], good
+
+
+def _picked(index: np.ndarray, n: int) -> sparse.csr_matrix:
+    """X ↦ x[index], shape [m, n]."""
+    m = len(index)
+    return sparse.csr_matrix((np.ones(m), (np.arange(m), index)), shape=(m, n))
+
+
+def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    e, f = b - a, c - a
+    return 0.5 * (e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
+
+
+def _interleaved(blocks: list[sparse.csr_matrix]) -> sparse.csr_matrix:
+    """Rows of three matrices in turn."""
+    m = blocks[0].shape[0]
+    order = np.arange(3 * m).reshape(3, m).T.ravel()
+    return sparse.vstack(blocks).tocsr()[order]
