@@ -16,16 +16,18 @@ LISTED_ONLY = {"added_mass_kinetic"}  # a part of the kinetic energy
 
 
 STORED = ("yarn", "shear", "stabiliser")
+LOST = ("viscosity",)
 
 
 def powers_of_two():
-    names = [field.name for field in fields(Energies) if field.name != "stored"]
-    return {name: 2.0**k for k, name in enumerate((*names, *STORED))}
+    names = [field.name for field in fields(Energies) if field.name not in ("stored", "lost")]
+    return {name: 2.0**k for k, name in enumerate((*names, *STORED, *LOST))}
 
 
 def energies_of(terms):
-    others = {name: energy for name, energy in terms.items() if name not in STORED}
-    return Energies(stored={name: terms[name] for name in STORED}, **others)
+    others = {name: energy for name, energy in terms.items() if name not in STORED + LOST}
+    stored, lost = ({name: terms[name] for name in names} for names in (STORED, LOST))
+    return Energies(stored=stored, lost=lost, **others)
 
 
 def test_every_term_is_in_the_balance_once():
@@ -39,7 +41,7 @@ def test_sums_hold_what_their_names_say():
     energies = energies_of(terms)
     for name, parts in {
         "internal": STORED,
-        "damping": ("contact_damping", "mass_damping", "tool_damping"),
+        "damping": ("contact_damping", "mass_damping", "tool_damping", *LOST),
         "external_work": tuple(SUPPLIED),
     }.items():
         assert getattr(energies, name) == sum(terms[part] for part in parts), name

@@ -22,7 +22,7 @@ from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.membrane import stabiliser_stiffness
-from warpdrape.kernels.forces.membrane import make_yarn_membrane
+from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
@@ -229,12 +229,14 @@ def test_pair_kernel_is_the_patch_kernel_for_two(pairs, device):
     ply = patch_ply(cloth, "pair", pairs, rng)
     x = deformed(ply, "pair", rng)
     membrane = membrane_of(ply, device, stabiliser=50.0)
-    assert [count for _, count, _ in membrane.loads] == [25] + [1] * (pairs % 2)
+    assert [load.count for load in membrane.loads] == [25] + [1] * (pairs % 2)
     add_patch_forces, _ = make_yarn_membrane(*membrane_functions(cloth))
     at = wp.array(x, dtype=wp.vec3d, device=device)
     f = wp.zeros(len(x), dtype=wp.vec3d, device=device)
     _, count, inputs = membrane.measurement
-    wp.launch(add_patch_forces, count, inputs=[0, *inputs, at], outputs=[f], device=device)
+    memory = wp.empty(0, PatchMemory, device=device)
+    inputs = [0, *inputs, wp.vec2d(), at]
+    wp.launch(add_patch_forces, count, inputs=inputs, outputs=[memory, f], device=device)
     expected = f.numpy()
     assert np.abs(expected).max() > 1.0
     found = forces(membrane, x, device)

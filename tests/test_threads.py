@@ -71,7 +71,7 @@ def test_waiting_without_spinning_gives_the_same(monkeypatch):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_eager_parts_are_captured_parts(threads):
-    slide = 3e-4  # 19 steps to a search: two times a graph of nine, and one of the step left over
+    slide = 2.9e-4  # 19 steps to a search: two times a graph of nine, and one of the step left over
     eager, captured = (
         small_press(numerics=Numerics(graph=graph, search_slide=slide)) for graph in (False, True)
     )
@@ -155,7 +155,8 @@ def test_parts_cover_everything_once(count, mesh):
     launched = [launch for part in parts for launch in part.launches.scatter]
     looked = [(of.inputs[4], of.count) for of in launched if of.kernel is add_ply_forces]
     assert (counted(looked, vertices) == 1).all()
-    for kernel, total, inputs in (load for m in model.forces[0].plies for load in m.loads):
+    loads = [load[:3] for m in model.forces[0].plies for load in m.loads]
+    for kernel, total, inputs in loads:
         of_it = [
             (of.inputs[0], of.count)
             for of in launched

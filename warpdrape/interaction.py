@@ -136,11 +136,13 @@ class Measured:
 
     Attributes:
         stored: energies by name [J].
+        lost: energies lost so far by name [J].
         fields: by ply, arrays over its triangles or vertices by name; see `FormedPly`.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
     """
 
     stored: Mapping[str, float] = field(default_factory=dict)
+    lost: Mapping[str, float] = field(default_factory=dict)
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
 

@@ -28,6 +28,8 @@ class Numerics:
             none to the motion of larger pieces.
         kinetic_limit: kinetic over internal energy [-], below 1, above which tools and clamps go
             slower than their motions say, at most ten times; None lets them go as they are given.
+        yarn_viscosity: tension per change of strain in a step, over the yarns' stiffness [-]; holds
+            yarns still that rest where tension turns into compression.
         yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
         graph: replay captured launches (the same results, faster).
     """
@@ -45,6 +47,7 @@ class Numerics:
     minimum_time_step: float | None = None
     mass_scaling: str = "plain"
     kinetic_limit: float | None = None
+    yarn_viscosity: float = 0.067
     yarn_softening: float = 1.0
     graph: bool = True
 
@@ -59,6 +62,11 @@ class Numerics:
             )
         positive("stabiliser", self.stabiliser, zero=True)
         positive("stabiliser_floor", self.stabiliser_floor, zero=True)
+        if positive("yarn_viscosity", self.yarn_viscosity, zero=True) > 0.5:
+            raise InputError(
+                f"yarn_viscosity = {self.yarn_viscosity} must not exceed 0.5: it takes that much "
+                "of the stable step"
+            )
         positive("damping", self.damping, unit="1/s", zero=True)
         if positive("contact_damping", self.contact_damping, zero=True) > 1.0:
             raise InputError(

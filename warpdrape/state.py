@@ -154,10 +154,11 @@ def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampS
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:
     """Every array of a record, those of records and tuples within: dotted name, array, sharing."""
+    if isinstance(record, wp.array):
+        yield name, record, Across.SHARED
     if isinstance(record, tuple):
         for number, each in enumerate(record):
             yield from all_arrays(each, f"{name}.{number}")
-        return
     for field in dataclasses.fields(record) if dataclasses.is_dataclass(record) else ():
         value, inner = getattr(record, field.name), f"{name}.{field.name}".lstrip(".")
         if isinstance(value, wp.array):

@@ -51,6 +51,28 @@ def add_triangle_loads(
     wp.atomic_add(f, a, load_b + load_c)
 
 
+@wp.struct
+class PatchMemory:
+    """What a patch remembers of its yarns' mean strains."""
+
+    strain: wp.vec2d  # in the step before [-]
+    change: wp.vec2d  # up to it [-]
+    lost: wp.float64  # to the viscosity [J]
+
+
+@wp.func
+def after_step(
+    known: PatchMemory, now: wp.vec2d, change: wp.vec2d, viscosity: wp.vec2d, area: wp.float64
+) -> PatchMemory:
+    """Memory after a step: the tension before, η times the last change, acted over half of each."""
+    out = PatchMemory()
+    out.strain = now
+    out.change = change
+    half = wp.float64(0.5) * wp.cw_mul(known.change, known.change + change)
+    out.lost = known.lost + area * wp.dot(viscosity, half)
+    return out
+
+
 def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Shear):
     """Make the kernels for one pair of laws: ``(add_patch_forces, measure)``.
 
@@ -127,15 +149,28 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         shear_law: Shear,
         stabiliser: wp.float64,
         rest_angle: wp.float64,
+        viscosity: wp.vec2d,
         x: wp.array(dtype=wp.vec3d),
+        memory: wp.array(dtype=PatchMemory),
         f: wp.array(dtype=wp.vec3d),
     ):
-        """Add yarn and shear forces to ``f``; one thread a patch of any number of triangles."""
+        """Add yarn and shear forces to ``f``; one thread a patch of any number of triangles.
+
+        ``viscosity`` [N/m] and ``memory``, shape [patch], are as those of `pairs.make_pair_forces`.
+        """
         patch = first_patch + wp.tid()
         first = offsets[patch]
         last = offsets[patch + 1]
         mean = mean_strain(first, last, patch_triangles, triangles, gradients, areas, x)
         line = tension(tension_law, mean)
+        if viscosity[0] + viscosity[1] > wp.float64(0.0):
+            area = wp.float64(0.0)
+            for slot in range(first, last):
+                area += areas[patch_triangles[slot]]
+            known = memory[patch]
+            change = mean - known.strain
+            line += wp.cw_mul(viscosity, change)
+            memory[patch] = after_step(known, mean, change, viscosity, area)
         for slot in range(first, last):
             t = patch_triangles[slot]
             a = triangles[t, 0]

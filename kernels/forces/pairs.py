@@ -40,6 +40,33 @@ class TwoPairs:
     areas: wp.vec4d  # m², initial
 
 
+@wp.struct
+class PairMemory:
+    """What two pairs remember of their yarns' mean strains: P's warp and weft, then Q's."""
+
+    strain: wp.vec4d  # in the step before [-]
+    change: wp.vec4d  # up to it [-]
+    lost: wp.float64  # to the viscosity [J]
+
+
+@wp.func
+def after_step(
+    known: PairMemory, now: wp.vec4d, change: wp.vec4d, viscosity: wp.vec2d, areas: wp.vec4d
+) -> PairMemory:
+    """Memory after a step: the tension before, η times the last change, acted over half of each."""
+    out = PairMemory()
+    out.strain = now
+    out.change = change
+    area = pair_sums(areas)
+    half = wp.float64(0.5) * wp.cw_mul(known.change, known.change + change)
+    out.lost = (
+        known.lost
+        + area[0] * (viscosity[0] * half[0] + viscosity[1] * half[1])
+        + area[2] * (viscosity[0] * half[2] + viscosity[1] * half[3])
+    )
+    return out
+
+
 @wp.func
 def subtract_pair(
     first: int, at_j: Vectors, at_tip: Vectors, v: wp.vec4i, f: wp.array(dtype=wp.vec3d)
@@ -81,7 +108,9 @@ def make_pair_forces(tension, shear, Tension, Shear):
         shear_law: Shear,
         stabiliser: wp.float64,
         rest_angle: wp.float64,
+        viscosity: wp.vec2d,
         x: wp.array(dtype=wp.vec3d),
+        memory: wp.array(dtype=PairMemory),
         f: wp.array(dtype=wp.vec3d),
     ):
         """Add yarn and shear forces to ``f``; one thread two pairs of triangles.
@@ -93,7 +122,10 @@ def make_pair_forces(tension, shear, Tension, Shear):
             shear_law: shear couple law [N/m].
             stabiliser: κ C'(0) [N/m].
             rest_angle: angle between warp and weft of the flat ply [rad].
+            viscosity: of warp and weft, line tension per change of strain in a step [N/m].
             x: positions [m], shape [vertex].
+            memory: strains of the step before, and what the viscosity has lost, shape of pairs;
+                updated.
             f: forces [N], shape [vertex]; accumulated.
         """
         two = pairs[first + wp.tid()]
@@ -122,8 +154,17 @@ def make_pair_forces(tension, shear, Tension, Shear):
         mean1 = pair_sums(wp.cw_mul(share, length1))
         mean2 = pair_sums(wp.cw_mul(share, length2))
         one = wp.float64(1.0)
-        line_p = tension(tension_law, wp.vec2d(mean1[0] - one, mean2[0] - one))
-        line_q = tension(tension_law, wp.vec2d(mean1[2] - one, mean2[2] - one))
+        strain_p = wp.vec2d(mean1[0] - one, mean2[0] - one)
+        strain_q = wp.vec2d(mean1[2] - one, mean2[2] - one)
+        line_p = tension(tension_law, strain_p)
+        line_q = tension(tension_law, strain_q)
+        if viscosity[0] + viscosity[1] > wp.float64(0.0):
+            known = memory[first + wp.tid()]
+            now = wp.vec4d(strain_p[0], strain_p[1], strain_q[0], strain_q[1])
+            change = now - known.strain
+            line_p += wp.cw_mul(viscosity, wp.vec2d(change[0], change[1]))
+            line_q += wp.cw_mul(viscosity, wp.vec2d(change[2], change[3]))
+            memory[first + wp.tid()] = after_step(known, now, change, viscosity, two.areas)
         line1 = of_pairs(line_p[0], line_q[0]) + stabiliser * (length1 - mean1)
         line2 = of_pairs(line_p[1], line_q[1]) + stabiliser * (length2 - mean2)
 

@@ -14,10 +14,14 @@ from warpdrape.state import State
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies at one instant, and works done up to it [J]; ``stored`` in the plies, by name."""
+    """Energies at one instant, and works done up to it [J].
+
+    ``stored`` in the plies and ``lost`` by their forces are by name.
+    """
 
     kinetic: float
     stored: Mapping[str, float]
+    lost: Mapping[str, float]
     contact: float
     friction: float
     contact_damping: float
@@ -36,7 +40,8 @@ class Energies:
     @property
     def damping(self) -> float:
         """Lost in all dashpots [J]."""
-        return self.contact_damping + self.mass_damping + self.tool_damping
+        dashpots = self.contact_damping + self.mass_damping + self.tool_damping
+        return dashpots + sum(self.lost.values())
 
     @property
     def external_work(self) -> float:
@@ -118,6 +123,7 @@ def balance(model: Model, state: State, measured: Sequence[Measured]) -> Energie
     return Energies(
         kinetic=kinetic,
         stored=_total(of_forces(model, measured)),
+        lost={name: loss for each in measured for name, loss in each.lost.items()},
         contact=contacts.get("contact", 0.0),
         friction=float(lost[0]),
         contact_damping=float(lost[1]),

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -14,9 +14,9 @@ import warp as wp
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
-from warpdrape.kernels.forces.pairs import TwoPairs, make_pair_forces
+from warpdrape.kernels.forces.pairs import PairMemory, TwoPairs, make_pair_forces
 from warpdrape.kernels.materials.isotropic import IsotropicMembrane as IsotropicStruct
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_data import (
@@ -36,6 +36,33 @@ SHEAR_RANGE = math.radians(75.0)
 """Shear angle up to which the stable step covers the shear law [rad], past any locking."""
 
 
+class Load(NamedTuple):
+    """Elements whose forces one kernel adds."""
+
+    kernel: Any
+    count: int
+    inputs: list
+    """The number of the first element counted, then what the kernel reads."""
+    memory: Any = None
+    """Struct of what an element remembers, None for nothing."""
+    remembered: int = 0
+    """Elements from number 0 on that remember."""
+
+    def launch(
+        self,
+        run: Run,
+        x: wp.array,
+        viscosity: tuple[float, float],
+        memory: wp.array | None,
+        f: wp.array,
+    ) -> Launch:
+        """Launch of a run of them."""
+        inputs = [self.inputs[0] + run.first, *self.inputs[1:]]
+        if self.memory is None:
+            return Launch(self.kernel, run.count, [*inputs, x], [f])
+        return Launch(self.kernel, run.count, [*inputs, wp.vec2d(*viscosity), x], [memory, f])
+
+
 @dataclass(frozen=True, eq=False)
 class Membrane:
     """One ply's triangles on the device.
@@ -45,8 +72,8 @@ class Membrane:
         triangles: vertices in the model's numbering, shape [triangle, 3].
         gradients: D [1/m], shape [triangle].
         areas: initial areas [m²], shape [triangle].
-        loads: launches (kernel, count, inputs) that add forces, given x; output f. The first input
-            is the number of the first one counted.
+        loads: what adds its forces.
+        viscosity: of warp and weft, line tension per change of strain in a step [N/m].
         order: its triangles as the loads take them, shape [triangle].
         measurement: launch (kernel, count, inputs) of strain, line tension and energy.
     """
@@ -55,14 +82,16 @@ class Membrane:
     triangles: wp.array
     gradients: wp.array
     areas: wp.array
-    loads: tuple[tuple[Any, int, list], ...]
+    loads: tuple[Load, ...]
+    viscosity: tuple[float, float]
     order: np.ndarray
     measurement: tuple[Any, int, list]
 
     def add_forces(self, x: wp.array, f: wp.array) -> None:
-        """Add the membrane's forces [N] at positions x [m] to f."""
-        for kernel, count, inputs in self.loads:
-            wp.launch(kernel, count, inputs=[*inputs, x], outputs=[f], device=x.device)
+        """Add the membrane's forces [N] at positions x [m] to f, without viscosity."""
+        for load in self.loads:
+            memory = None if load.memory is None else wp.empty(0, load.memory, device=x.device)
+            load.launch(Run(0, load.count), x, (0.0, 0.0), memory, f)(x.device)
 
     def measure(self, x: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Yarn strains [-], line tensions [N/m] and (yarn, shear, stabiliser) energy [J].
@@ -96,27 +125,32 @@ class Membranes:
         """Each ply's triangles in the order in which parts share them out."""
         return tuple(membrane.order for membrane in self.plies)
 
-    def start(self) -> None:
-        """Membranes remember nothing."""
+    def start(self) -> tuple[wp.array | None, ...]:
+        """For each load of each ply what its elements remember: no strain so far."""
+        return tuple(
+            load.memory and wp.zeros(load.remembered, load.memory, device=membrane.areas.device)
+            for membrane in self.plies
+            for load in membrane.loads
+        )
 
-    def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
+    def launches(self, share: Share, bodies: Bodies, memory: tuple) -> Launches:
         """A part's share of every ply's elements."""
-        scatter = []
-        for membrane in self.plies:
-            for kernel, total, (first, *inputs) in membrane.loads:
-                ours = share.of(total)
-                if ours.count:
-                    inputs = [first + ours.first, *inputs, bodies.plies.x]
-                    scatter.append(Launch(kernel, ours.count, inputs, [bodies.plies.f]))
+        loads = [(load, of.viscosity) for of in self.plies for load in of.loads]
+        scatter = [
+            load.launch(ours, bodies.plies.x, viscosity, kept, bodies.plies.f)
+            for (load, viscosity), kept in zip(loads, memory, strict=True)
+            if (ours := share.of(load.count)).count
+        ]
         return Launches(scatter=tuple(scatter))
 
-    def measure(self, bodies: Bodies, memory: None) -> Measured:
+    def measure(self, bodies: Bodies, memory: tuple) -> Measured:
         """Energies, and per ply strain and line tension."""
         shown = [membrane.measure(bodies.plies.x) for membrane in self.plies]
         energies = np.einsum("ij->j", np.concatenate([energy for *_, energy in shown]))
         names = ("yarn", "shear", "stabiliser")
         return Measured(
             dict(zip(names, map(float, energies), strict=True)),
+            {"viscosity": sum(float(m.numpy()["lost"].sum()) for m in memory if m is not None)},
             fields=tuple({"strain": e, "line_tension": t} for e, t, _ in shown),
         )
 
@@ -161,7 +195,11 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
 
 
 def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
-    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m]."""
+    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m].
+
+    With what the yarns' viscosity takes of the step: c = ν Δt k acts on the velocity half a step
+    back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4.
+    """
     fabric = ply.fabric
     if isinstance(fabric.tension, IsotropicMembrane):
         sheet = fabric.tension
@@ -170,13 +208,30 @@ def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], 
     shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
     yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
     stabiliser = stabiliser_stiffness(fabric, numerics)
-    return (yarns[0] + stabiliser, yarns[1] + stabiliser), shear
+    drag = yarn_viscosity(fabric, numerics)
+    warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
+    return (warp, weft), shear
 
 
 def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
     """κ C'(0) [N/m], with its floor for fabrics that hardly shear-stiffen."""
     floor = numerics.stabiliser_floor * max(tension_stiffness(fabric))
     return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
+
+
+def yarn_viscosity(fabric: Fabric, numerics: Numerics) -> tuple[float, float]:
+    """Line tension of warp and weft per change of their strain in a step [N/m].
+
+    A share of their stiffness in tension; none where tension and compression are alike, since it is
+    the corner between them that makes central differences unstable.
+    """
+    if isinstance(fabric.tension, IsotropicMembrane):
+        return 0.0, 0.0
+    yarns = soften(fabric, numerics.yarn_softening)
+    if yarns.compressive_factor >= 1.0:
+        return 0.0, 0.0
+    warp, weft = tension_stiffness(yarns)
+    return numerics.yarn_viscosity * warp, numerics.yarn_viscosity * weft
 
 
 def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Membrane:
@@ -198,14 +253,14 @@ def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Mem
     if isinstance(fabric.tension, IsotropicMembrane):
         law = IsotropicStruct()
         law.stiffness, law.poisson = fabric.tension.stiffness, fabric.tension.poisson
-        loads = ((kernels.add_isotropic_forces, len(flat), [0, *common, law]),)
+        loads = (Load(kernels.add_isotropic_forces, len(flat), [0, *common, law]),)
         order = np.arange(len(flat))
         measurement = (kernels.measure_isotropic, len(flat), [*common, law])
     else:
         loads, order, measurement = _yarn_launches(
             ply, numerics, span.first_vertex, common, gradients, areas, device
         )
-    return Membrane(span, *common, loads, order, measurement)
+    return Membrane(span, *common, loads, yarn_viscosity(fabric, numerics), order, measurement)
 
 
 @functools.cache
@@ -238,10 +293,12 @@ def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> t
         quads, *of_two = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
         two_pairs = two_by_two(quads + vertex, *of_two, areas[halves])
         pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
-        loads.append((add_pair_forces, paired // 2, [0, pair_array, *laws]))
+        twos = paired // 2
+        loads.append(Load(add_pair_forces, twos, [0, pair_array, *laws], PairMemory, twos))
     if patches > paired:
         inputs = [paired, offset_array, member_array, *common, *laws]
-        loads.append((add_patch_forces, patches - paired, inputs))
+        memory = kernels.PatchMemory
+        loads.append(Load(add_patch_forces, patches - paired, inputs, memory, patches))
     measurement = (measure, patches, [offset_array, member_array, *common, *laws])
     return tuple(loads), members, measurement
 

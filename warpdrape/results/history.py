@@ -62,8 +62,9 @@ def history_row(
     for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
         row[f"{name}_j"] = getattr(energies, name)
     row.update({f"{name}_j": energy for name, energy in energies.stored.items()})
+    row.update({f"{name}_j": loss for name, loss in energies.lost.items()})
     for field in dataclasses.fields(energies):
-        if field.name != "stored":
+        if field.name not in ("stored", "lost"):
             row.setdefault(f"{field.name}_j", getattr(energies, field.name))
     row["unbalanced_j"] = energies.unbalanced
     return row
