@@ -129,15 +129,19 @@ def add_slope_work(
     step: wp.array(dtype=wp.int32),
     clamp_matrix: wp.array(dtype=wp.mat33d),
     x: wp.array(dtype=wp.vec3d),
+    turned: wp.array(dtype=wp.vec3d),
     clamp_work: wp.array(dtype=wp.float64),
 ):
-    """Add the work of turning the slopes in the coming step; one thread a clamp.
+    """Add the work of turning the slopes, half of the step before and of the coming one each.
+
+    One thread a clamp.
 
     Args:
         slopes: of a ply.
         step: number of the step since the tables of motion began, shape [1].
         clamp_matrix: before each step and after it, shape [clamp · step].
         x: positions [m], shape [vertex].
+        turned: by what the columns changed in the step before, shape [2 clamp]; overwritten.
         clamp_work: work done by the clamps [J], shape [vertex]; accumulated at their anchors.
     """
     c = wp.tid()
@@ -151,13 +155,15 @@ def add_slope_work(
         moment_1 += share[1] * x[slopes.vertex[k]]
     half = wp.float64(0.5)
     for other in range(slopes.anchor.shape[0]):
-        at = other * slopes.steps + step[0]
-        matrix = half * (clamp_matrix[at] + clamp_matrix[at + 1])
+        matrix = clamp_matrix[other * slopes.steps + step[0]]
         for k in range(2):
             edge = column(matrix, k)
             moment_0 += slopes.between[2 * c, 2 * other + k] * edge
             moment_1 += slopes.between[2 * c + 1, 2 * other + k] * edge
     at = c * slopes.steps + step[0]
-    turned = clamp_matrix[at + 1] - clamp_matrix[at]
-    work = wp.dot(moment_0, column(turned, 0)) + wp.dot(moment_1, column(turned, 1))
-    clamp_work[slopes.anchor[c]] += work
+    coming = clamp_matrix[at + 1] - clamp_matrix[at]
+    work = wp.dot(moment_0, column(coming, 0) + turned[2 * c])
+    work += wp.dot(moment_1, column(coming, 1) + turned[2 * c + 1])
+    clamp_work[slopes.anchor[c]] += half * work
+    turned[2 * c] = column(coming, 0)
+    turned[2 * c + 1] = column(coming, 1)

@@ -206,3 +206,57 @@ def catenary_sag(length: float, span: float) -> float:
         raise InputError(f"catenary span = {span} m must be below the length {length} m")
     a = brentq(lambda a: 2.0 * a * math.sinh(span / (2.0 * a)) - length, span / 100.0, 1e3 * span)
     return a * (math.cosh(span / (2.0 * a)) - 1.0)
+
+
+def heavy_cantilever(load: float) -> tuple[float, float]:
+    """Drop and reach of the tip of an inextensible strip under its weight, over its length.
+
+    The elastica B θ'' = −w (L − s) cos θ with θ(0) = 0 and θ'(L) = 0.
+
+    Args:
+        load: w L³/B [-].
+    """
+    from scipy.integrate import solve_bvp
+
+    s = np.linspace(0.0, 1.0, 201)
+    guess = np.vstack([0.5 * math.pi * s * load / (load + 4.0), np.zeros_like(s)])
+
+    def rates(at: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.vstack([y[1], -load * (1.0 - at) * np.cos(y[0])])
+
+    solved = solve_bvp(
+        rates, lambda a, b: np.array([a[0], b[1]]), s, guess, tol=1e-10, max_nodes=100_000
+    )
+    if not solved.success:
+        raise InputError(f"load = {load:g}: no elastica found; give one below 1e4")
+    fine = np.linspace(0.0, 1.0, 20001)
+    angle = solved.sol(fine)[0]
+
+    def over(values: np.ndarray) -> float:
+        return float(np.abs(np.trapezoid(values, fine)))
+
+    return over(np.sin(angle)), over(np.cos(angle))
+
+
+def flexural_length(overhang: float, angle: float) -> float:
+    """Flexural length c = (B/w)^⅓ [m] of a strip that hangs over an edge, by the elastica.
+
+    At 41.5°, where ASTM D1388 cuts off, it is half the overhang.
+
+    Args:
+        overhang: of the strip [m].
+        angle: from the horizontal to the chord from edge to tip [rad].
+    """
+    from scipy.optimize import brentq
+
+    if not math.radians(1.0) <= angle <= math.radians(80.0):
+        raise InputError(
+            f"angle = {math.degrees(angle):.3g}° must lie in 1 … 80°: take another overhang"
+        )
+
+    def miss(logarithm: float) -> float:
+        drop, reach = heavy_cantilever(math.exp(logarithm))
+        return math.atan2(drop, reach) - angle
+
+    load = math.exp(brentq(miss, math.log(0.05), math.log(200.0), xtol=1e-6))
+    return overhang / load ** (1.0 / 3.0)

@@ -73,15 +73,19 @@ class Bendings:
     name: str = "bending"
     searches: str = ""
 
-    def start(self) -> None:
-        """Linear bending remembers nothing."""
+    def start(self) -> tuple[wp.array, ...]:
+        """For each ply by what its clamps' slopes turned in the step before, shape [2 · clamp]."""
+        return tuple(
+            wp.zeros(2 * len(self.scene.clamps), dtype=wp.vec3d, device=bending.rows.first.device)
+            for bending in self.plies.values()
+        )
 
-    def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
+    def launches(self, share: Share, bodies: Bodies, memory: tuple[wp.array, ...]) -> Launches:
         """Rows of a part's own vertices."""
         scatter, push = [], []
         x, f = bodies.plies.x, bodies.plies.f
         clamps = len(self.scene.clamps)
-        for number, bending in self.plies.items():
+        for (number, bending), turned in zip(self.plies.items(), memory, strict=True):
             offset = bending.span.first_vertex
             if bending.slopes is not None:
                 bending.slopes.steps = bodies.clamps.matrix.shape[0] // clamps
@@ -94,10 +98,11 @@ class Bendings:
                     push.append(Launch(add_slope_forces, count, inputs, [f]))
             if bending.turning and share.number == 0:  # it alone counts the steps
                 inputs = [bending.slopes, bodies.step, bodies.clamps.matrix, x]
-                scatter.append(Launch(add_slope_work, clamps, inputs, [bodies.clamps.work]))
+                outputs = [turned, bodies.clamps.work]
+                scatter.append(Launch(add_slope_work, clamps, inputs, outputs))
         return Launches(scatter=tuple(scatter), push=tuple(push))
 
-    def measure(self, bodies: Bodies, memory: None) -> Measured:
+    def measure(self, bodies: Bodies, memory: tuple[wp.array, ...]) -> Measured:
         """Energy, and per ply the curvatures of its yarns at vertices."""
         x = bodies.plies.x.numpy()
         stored, columns = 0.0, self._columns(bodies)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpdrape import Clamp, Fabric, Ply, Scene
-from warpdrape.materials.laws import LinearTension, ShearPolynomial
+from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
 
 CELL = 1e-3
@@ -30,7 +30,7 @@ def yarn_fabric(line_stiffness: float, areal_density: float, shear: float | None
         cell_warp=CELL,
         cell_weft=CELL,
         tension=LinearTension(line_stiffness * CELL, line_stiffness * CELL),
-        shear=ShearPolynomial((couple,)),
+        shear=ShearPolynomial((couple,)) if couple > 0.0 else NoShear(),
         compressive_factor=1.0,
     )
 

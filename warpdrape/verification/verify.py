@@ -79,9 +79,17 @@ def _count(results: Sequence[CaseResult]) -> str:
 
 def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     """The cases, a group at a time; the cheap ones first."""
-    from warpdrape.verification import coupons, friction, invariance, mechanics, sphere_net
+    from warpdrape.verification import (
+        bending,
+        coupons,
+        friction,
+        invariance,
+        mechanics,
+        sphere_net,
+    )
 
     yield mechanics.mechanics(quick)
+    yield bending.bending(quick)
     yield friction.friction(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
