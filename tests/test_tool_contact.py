@@ -334,3 +334,32 @@ def test_friction_of_a_slipping_vertex_opposes_slip_and_obeys_coulomb(device):
     work = 0.25 * normal * slid
     # The spring was slack before: half of its force acted over the step's mean.
     assert (lost[:, 0] > 0.45 * work).all() and (lost[:, 0] < 1.01 * work).all()
+
+
+def test_a_plate_has_a_back_and_a_rounded_border(device):
+    """Vertices come from behind a plate, and go round its border from below to its face."""
+    size, apart = 0.2, HALF + 2e-5
+    model, state = searcher([Tool.plate(width=size, height=size, facet=0.02)], device, cells=4)
+    count = len(model.masses.mass)
+    along = np.linspace(-0.07, 0.07, count)
+    flat = np.stack([along, 0.3 * along, np.zeros(count)], axis=1)
+    for height in (-1e-3, -apart, -0.9 * HALF):  # comes near, touches, presses
+        state.plies.x.assign(flat + (0.0, 0.0, height))
+        search_contacts(model, state)
+    near, normal, level = found(model, state)
+    assert near.all()
+    np.testing.assert_allclose(normal, np.tile((0.0, 0.0, -1.0), (count, 1)), atol=1e-12)
+    np.testing.assert_allclose((normal * (flat + (0, 0, height))).sum(axis=1) - level, -0.1 * HALF)
+
+    state = initial_state(model)
+    for angle in np.radians(np.arange(-85.0, 86.0, 1.0)):  # about the border, from below to above
+        out = np.array([np.cos(angle), 0.0, np.sin(angle)])
+        border = np.stack([np.full(count, 0.5 * size), along, np.zeros(count)], axis=1)
+        x = border + apart * out
+        state.plies.x.assign(x)
+        search_contacts(model, state)
+        near, normal, level = found(model, state)
+        assert near.all()
+        gap = (normal * x).sum(axis=1) - level
+        # Within 8° of its face the border counts as the face: 1 % of the distance less.
+        np.testing.assert_allclose(gap, apart - HALF, atol=0.011 * apart)

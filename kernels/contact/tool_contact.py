@@ -24,6 +24,10 @@ SINGLE = wp.constant(wp.float64(1e-6))
 """Beyond the distance known to bound it, a query looks so much farther [m]: it rounds to single."""
 
 
+SAME_FACE = wp.constant(wp.float64(0.99))
+"""Cosine between a vertex's plane and the surface below which, at a border, it is on the edge."""
+
+
 @wp.struct
 class ToolPlane:
     """Tangent plane of one tool near one vertex; its normal is zero where none is near."""
@@ -76,6 +80,7 @@ class ToolSurfaces:
     sag: wp.array(dtype=wp.float64)  # by which facets may lie inside the surface [m], shape [tool]
     hollow: wp.array(dtype=wp.float64)  # weight over distance beyond `facet_hollows` [1/m], [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
+    open: wp.array(dtype=wp.int32)  # 1 if the tool is a sheet, with a back, shape [tool]
     friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
 
 
@@ -158,8 +163,12 @@ def tangent_plane(
     near: wp.float64,
     ahead: wp.float64,
     held: bool,
+    before: ToolPlane,
 ):
     """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
+
+    A surface with borders has a back: a vertex that comes from behind meets it there, half the ply
+    thickness away, and its border as a rounded edge.
 
     Args:
         surfaces: the tools' facets.
@@ -170,6 +179,7 @@ def tangent_plane(
         near: distance within which a vertex counts as near [m].
         ahead: farther distance that it may go before the next search [m].
         held: whether the vertex had a plane before.
+        before: that plane.
     """
     a = surfaces.corners[facet, 0]
     b = surfaces.corners[facet, 1]
@@ -190,10 +200,27 @@ def tangent_plane(
     height = wp.dot(normal, at - point)
     gap = height - offset
     aside = wp.length_sq(at - point) - height * height
-    past_border = is_on_border(w, surfaces.open_edges[facet]) and aside > offset * offset
+    border = is_on_border(w, surfaces.open_edges[facet])
+    past_border = border and aside > offset * offset
+    plane = no_plane()
+    zero = wp.float64(0.0)
+    if surfaces.open[tool] == 1:
+        alike = wp.dot(before.normal, normal)  # 1 while the vertex stays on its face
+        if held:
+            back = alike < zero or (border and alike < SAME_FACE)
+        else:
+            back = height < -offset or (past_border and height < zero)
+        if back:
+            if border and distance > zero:
+                normal = (at - flat) / distance
+            else:
+                normal = -normal
+            if distance - surfaces.sag[tool] <= near + ahead:
+                plane.normal = normal
+                plane.level = wp.dot(normal, point) + offset
+            return plane, distance
     inside = gap < wp.float64(0.0)
     behind = gap < -near and not held  # an open surface, not pressed into it
-    plane = no_plane()
     if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
         plane.normal = normal
         plane.level = wp.dot(normal, point) + offset
@@ -264,7 +291,7 @@ def find_tool_contacts(
             served = held and wp.length(at - queries[slot].asked) < search.trust
             if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
                 plane, distance = tangent_plane(
-                    surfaces, tool, facet, at, offset[i], near, ahead, held
+                    surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
                 )
             if not is_near(plane):
                 facet = nearest_facet(surfaces, tool, at, bound, search.radius)
@@ -273,7 +300,7 @@ def find_tool_contacts(
                 distance = search.radius
                 if facet >= 0:
                     plane, distance = tangent_plane(
-                        surfaces, tool, facet, at, offset[i], near, ahead, held
+                        surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
                     )
             queries[slot].at = at
             queries[slot].distance = distance

@@ -40,6 +40,8 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
+    is_open = [not tool.surface.mesh.is_watertight for tool in scene.tools]
+    surfaces.open = wp.array(is_open, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
     return meshes, surfaces
 
