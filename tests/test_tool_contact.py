@@ -343,13 +343,15 @@ def test_a_plate_has_a_back_and_a_rounded_border(device):
     count = len(model.masses.mass)
     along = np.linspace(-0.07, 0.07, count)
     flat = np.stack([along, 0.3 * along, np.zeros(count)], axis=1)
+    up = np.array([0.0, 0.0, 1.0])
     for height in (-1e-3, -apart, -0.9 * HALF):  # comes near, touches, presses
-        state.plies.x.assign(flat + (0.0, 0.0, height))
+        x = flat + height * up
+        state.plies.x.assign(x)
         search_contacts(model, state)
     near, normal, level = found(model, state)
     assert near.all()
     np.testing.assert_allclose(normal, np.tile((0.0, 0.0, -1.0), (count, 1)), atol=1e-12)
-    np.testing.assert_allclose((normal * (flat + (0, 0, height))).sum(axis=1) - level, -0.1 * HALF)
+    np.testing.assert_allclose((normal * x).sum(axis=1) - level, -0.1 * HALF)
 
     state = initial_state(model)
     for angle in np.radians(np.arange(-85.0, 86.0, 1.0)):  # about the border, from below to above

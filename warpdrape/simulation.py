@@ -164,6 +164,7 @@ class Recorder:
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
+        self._grown = 0.0
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -244,6 +245,7 @@ class Recorder:
         speed = model.medium.speed_limit / 100.0
         scale = max(energies.largest, 0.5 * float(model.masses.mass.sum()) * speed**2)
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
+            self._grown = energies.unbalanced / scale
             fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
             raise RunFailed(
                 f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
@@ -271,6 +273,7 @@ class Recorder:
             self._plies,
             self._loading,
             failure=failure,
+            grown=self._grown,
             steps=self.steps,
             wall=wall,
         )

@@ -63,6 +63,7 @@ def summarise(
     loading: Loading,
     *,
     failure: str,
+    grown: float = 0.0,
     steps: int,
     wall: float,
 ) -> dict[str, Any]:
@@ -76,10 +77,11 @@ def summarise(
         plies: the last good frame.
         loading: the clock of the motions.
         failure: why the run stopped early, empty if it did not.
+        grown: share of energy that came from nowhere after the last good frame [-], if it did.
         steps: steps done.
         wall: time they took [s].
     """
-    error = energy_error(history)
+    error = max(energy_error(history), grown if np.isfinite(grown) else 0.0)
     end, mean, calm = quasi_static(history)
     if not failure and error > ENERGY_FAILURE:
         failure = (
