@@ -13,7 +13,7 @@ from warpdrape import units  # noqa: E402
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.errors import InputError, RunFailed
-    from warpdrape.materials.bending import Bending
+    from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
     from warpdrape.results.result import Result
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Bending",
+    "BendingCurve",
     "Clamp",
     "Fabric",
     "Float",
@@ -44,6 +45,7 @@ __all__ = [
 
 _HOME = {
     "Bending": "materials.bending",
+    "BendingCurve": "materials.bending",
     "Clamp": "setup",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from warpdrape.contact import ply_contact, tool_contact
-from warpdrape.forces import bending, membrane
+from warpdrape.forces import bending, bending_curve, membrane
 
-FORCES = (membrane, bending)
+FORCES = (membrane, bending, bending_curve)
 """Modules of forces: ``build``, and ``frequencies``, the bound on ω² of a ply's triangles.
 
 The first one is what selective mass scaling scales, and its elements say how parts on several

@@ -15,8 +15,7 @@ import numpy as np
 import warp as wp
 from scipy import sparse
 
-from warpdrape.blanks.triangles import yarn_gradients
-from warpdrape.forces.curvature import CurvatureOperator, curvature_operator
+from warpdrape.forces.curvature import CurvatureOperator, curvatures_of, gershgorin, out_of_plane
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.bending import (
     Rows,
@@ -25,6 +24,7 @@ from warpdrape.kernels.forces.bending import (
     add_slope_forces,
     add_slope_work,
 )
+from warpdrape.materials.bending import Bending
 from warpdrape.setup import Setup
 
 NEGLIGIBLE = 1e-13
@@ -39,8 +39,6 @@ class PlyBending:
         span: where the ply is in the model.
         operator: its curvatures.
         moduli: of them [N·m], shape [3, 3].
-        triangles: vertices, numbered in the ply, shape [triangle, 3].
-        gradients: D of the yarns, as `yarn_gradients` has them [1/m], shape [triangle, 4].
         rows: K for the kernel.
         slopes: what clamps' slopes do, None where none is held.
         turning: whether any of these clamps turns or distorts.
@@ -49,8 +47,6 @@ class PlyBending:
     span: Span
     operator: CurvatureOperator
     moduli: np.ndarray
-    triangles: np.ndarray
-    gradients: np.ndarray
     rows: Rows
     slopes: Slopes | None
     turning: bool
@@ -114,7 +110,8 @@ class Bendings:
             curvature = curvature.reshape(-1, 3, 3)  # triangle, (κ1, κ2, κ12), component
             moments = np.einsum("ij,tjc->tic", bending.moduli, curvature)
             stored += 0.5 * operator.areas @ np.einsum("tic,tic->t", curvature, moments)
-            fields[number] = {"curvature": out_of_plane(bending, points, curvature[:, :2])}
+            bent = out_of_plane(self.scene.plies[number], points, curvature[:, :2])
+            fields[number] = {"curvature": bent}
         return Measured({"bending": float(stored)}, fields=tuple(fields))
 
     def _columns(self, bodies: Bodies) -> np.ndarray:
@@ -141,48 +138,15 @@ class Bendings:
         return {}, []
 
 
-def out_of_plane(bending: PlyBending, points: np.ndarray, curvature: np.ndarray) -> np.ndarray:
-    """Curvature of both yarns out of the ply's plane at vertices [1/m], shape [vertex, 2].
-
-    Positive where a yarn is hollow on the side that faces up on the flat ply. Per length of the
-    formed yarn: κ·n/‖∂x/∂y‖², averaged by flat area over the triangles at a vertex.
-
-    Args:
-        bending: of the ply.
-        points: formed positions [m], shape [vertex, 3].
-        curvature: κ1 and κ2 of the triangles [1/m], shape [triangle, 2, 3].
-    """
-    a, b, c = (points[bending.triangles[:, k]] for k in range(3))
-    ab, ac = b - a, c - a
-    normal = np.cross(ab, ac)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    areas, corners = bending.operator.areas, bending.triangles.ravel()
-    share = np.bincount(corners, np.repeat(areas, 3), len(points))
-    found = np.empty((len(points), 2))
-    for family in (0, 1):
-        d = bending.gradients[:, 2 * family : 2 * family + 2]
-        yarn = d[:, :1] * ab + d[:, 1:] * ac
-        bent = (curvature[:, family] * normal).sum(axis=1) / (yarn**2).sum(axis=1)
-        found[:, family] = np.bincount(corners, np.repeat(areas * bent, 3), len(points)) / share
-    return found
-
-
 def frequencies(scene: Setup, number: int) -> np.ndarray:
-    """Bound on ω² [1/s²] of each triangle of a ply, 0 where it has no bending.
-
-    By Gershgorin K ≤ diag Σ_j |K_ij|, which is shared out over the triangles at a vertex with their
-    mass, so that bounds of forces add up whatever mass scaling does to a triangle.
-    """
+    """Bound on ω² [1/s²] of each triangle of a ply, 0 where it has no such bending."""
     ply = scene.plies[number]
     triangles = np.asarray(ply.mesh.triangles)
     found = _matrices(scene)[number]
     if found is None:
         return np.zeros(len(triangles))
     operator, matrix, _, _ = found
-    third = np.repeat(ply.fabric.areal_density * operator.areas / 3.0, 3)
-    mass = np.bincount(triangles.ravel(), third, matrix.shape[0])
-    bound = np.asarray(abs(matrix).sum(axis=1)).ravel() / mass
-    return bound[triangles].max(axis=1)
+    return gershgorin(matrix, triangles, ply.fabric.areal_density * operator.areas)
 
 
 @lru_cache(maxsize=2)
@@ -196,14 +160,9 @@ def _matrices(scene: Setup) -> tuple[tuple[Any, ...] | None, ...]:
 
 def _of_ply(scene: Setup, number: int) -> tuple[Any, ...] | None:
     ply = scene.plies[number]
-    if not ply.fabric.bends:
+    if not ply.fabric.bends or not isinstance(ply.fabric.bending, Bending):
         return None
-    points, triangles = np.asarray(ply.mesh.vertices), np.asarray(ply.mesh.triangles)
-    held = np.full(len(points), -1)
-    for index, clamp in enumerate(scene.clamps):
-        if clamp.ply == ply.name and clamp.slope == "held":
-            held[clamp.vertices(ply.rest_points)] = index
-    operator = curvature_operator(points, triangles, ply.yarn_directions, held)
+    operator = curvatures_of(scene, number)
     matrix, slopes, between = operator.stiffness(ply.fabric.bending.moduli)
     matrix.data[np.abs(matrix.data) < NEGLIGIBLE * np.abs(matrix.data).max()] = 0.0
     matrix.eliminate_zeros()
@@ -237,15 +196,11 @@ def _build_ply(
     rows.first = wp.array(matrix.indptr, dtype=wp.int32, device=device)
     rows.vertex = wp.array(matrix.indices + span.first_vertex, dtype=wp.int32, device=device)
     rows.value = wp.array(matrix.data, dtype=wp.float64, device=device)
-    triangles = np.asarray(ply.mesh.triangles)
-    gradients, _ = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
     holding = [clamp.ply == ply.name and clamp.slope == "held" for clamp in scene.clamps]
     return PlyBending(
         span,
         operator,
         ply.fabric.bending.moduli,
-        triangles,
-        gradients,
         rows,
         _slopes(scene, number, span, slopes, between, device) if any(holding) else None,
         any(h and clamp.matrix is not None for h, clamp in zip(holding, scene.clamps, strict=True)),

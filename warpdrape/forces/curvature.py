@@ -20,6 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.setup import Setup
+
 CORE = 0.2
 """Weights of the fit are 1/(CORE + d²/h²) at distance d, with h² the area of a vertex [-]."""
 POOREST_FIT = 1e-3
@@ -217,3 +221,53 @@ def _interleaved(blocks: list[sparse.csr_matrix]) -> sparse.csr_matrix:
     m = blocks[0].shape[0]
     order = np.arange(3 * m).reshape(3, m).T.ravel()
     return sparse.vstack(blocks).tocsr()[order]
+
+
+def curvatures_of(scene: Setup, number: int) -> CurvatureOperator:
+    """Curvature rows of a ply of a scene, with the slopes that its clamps hold."""
+    ply = scene.plies[number]
+    points = np.asarray(ply.mesh.vertices)
+    held = np.full(len(points), -1)
+    for index, clamp in enumerate(scene.clamps):
+        if clamp.ply == ply.name and clamp.slope == "held":
+            held[clamp.vertices(ply.rest_points)] = index
+    return curvature_operator(points, np.asarray(ply.mesh.triangles), ply.yarn_directions, held)
+
+
+def gershgorin(matrix: sparse.csr_matrix, triangles: np.ndarray, masses: np.ndarray) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a stiffness matrix [N/m].
+
+    K ≤ diag Σ_j |K_ij|, shared out over the triangles at a vertex with their masses [kg], so that
+    bounds of forces add up whatever mass scaling does to a triangle.
+    """
+    mass = np.bincount(triangles.ravel(), np.repeat(masses / 3.0, 3), matrix.shape[0])
+    bound = np.asarray(abs(matrix).sum(axis=1)).ravel() / mass
+    return bound[triangles].max(axis=1)
+
+
+def out_of_plane(ply: Ply, points: np.ndarray, curvature: np.ndarray) -> np.ndarray:
+    """Curvature of both yarns out of the ply's plane at vertices [1/m], shape [vertex, 2].
+
+    Positive where a yarn is hollow on the side that faces up on the flat ply. Per length of the
+    formed yarn: κ·n/‖∂x/∂y‖², averaged by flat area over the triangles at a vertex.
+
+    Args:
+        ply: the ply.
+        points: formed positions [m], shape [vertex, 3].
+        curvature: κ1 and κ2 of the triangles [1/m], shape [triangle, 2, 3].
+    """
+    triangles = np.asarray(ply.mesh.triangles)
+    gradients, areas = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    ab, ac = b - a, c - a
+    normal = np.cross(ab, ac)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    share = np.bincount(triangles.ravel(), np.repeat(areas, 3), len(points))
+    found = np.empty((len(points), 2))
+    for family in (0, 1):
+        d = gradients[:, 2 * family : 2 * family + 2]
+        yarn = d[:, :1] * ab + d[:, 1:] * ac
+        bent = (curvature[:, family] * normal).sum(axis=1) / (yarn**2).sum(axis=1)
+        total = np.bincount(triangles.ravel(), np.repeat(areas * bent, 3), len(points))
+        found[:, family] = total / share
+    return found

@@ -1,11 +1,13 @@
-"""Bending of a ply: moduli of an orthotropic plate along its yarns, per metre of width."""
+"""Bending of a ply, per metre of width: moduli of an orthotropic plate, or curves of moment."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, finite, positive
 
@@ -91,3 +93,78 @@ def from_flexural_length(length: float, areal_density: float) -> float:
         areal_density: mass per area [kg/m²], w its weight.
     """
     return GRAVITY * areal_density * length**3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BendingCurve:
+    """Resistance of a ply to bending by curves M(κ), softer the more it is bent, with friction.
+
+    Attributes:
+        curvatures: κ out of the plane, rising from 0 [1/m], shape [n].
+        moments_warp: moment of the warp yarns per metre of width there [N], shape [n].
+        moments_weft: likewise of the weft.
+        in_plane: B_g of warp and weft [N·m]; the last point's M/κ if not given: within the ply
+            yarns are taken to bend as when their fibres have slid.
+        twist: B₆₆ [N·m]; a tenth of the geometric mean of ``in_plane`` if not given.
+        friction: moment M_y that friction between fibres comes to, of warp and weft [N].
+        friction_curvature: change of curvature over which it builds up, M_y/σ [1/m].
+    """
+
+    curvatures: Sequence[float]
+    moments_warp: Sequence[float]
+    moments_weft: Sequence[float]
+    in_plane: tuple[float, float] | None = None
+    twist: float | None = None
+    friction: tuple[float, float] = (0.0, 0.0)
+    friction_curvature: float = 1.0
+
+    def __post_init__(self) -> None:
+        curvatures = np.asarray(self.curvatures, dtype=float)
+        if curvatures.ndim != 1 or curvatures.size < 3 or not np.isfinite(curvatures).all():
+            raise InputError("bending.curvatures needs three or more finite numbers")
+        if curvatures[0] != 0.0 or (np.diff(curvatures) <= 0.0).any():
+            raise InputError("bending.curvatures must rise from 0: sort them")
+        object.__setattr__(self, "curvatures", curvatures)
+        for family in ("warp", "weft"):
+            name = f"moments_{family}"
+            moments = np.asarray(getattr(self, name), dtype=float)
+            if moments.shape != curvatures.shape or not np.isfinite(moments).all():
+                raise InputError(f"bending.{name} needs a finite moment for each curvature")
+            if moments[0] != 0.0 or (np.diff(moments) < 0.0).any() or moments[-1] <= 0.0:
+                raise InputError(f"bending.{name} must start at 0 and not fall: check the signs")
+            object.__setattr__(self, name, moments)
+        if self.in_plane is None:
+            last = (self.moments_warp[-1] / curvatures[-1], self.moments_weft[-1] / curvatures[-1])
+            object.__setattr__(self, "in_plane", tuple(map(float, last)))
+        for value in (*self.in_plane, *self.friction):
+            positive("bending.in_plane or friction", value, zero=True)
+        if self.twist is None:
+            object.__setattr__(self, "twist", TWIST_SHARE * math.sqrt(math.prod(self.in_plane)))
+        positive("bending.twist", self.twist, unit="N·m", zero=True)
+        positive("bending.friction_curvature", self.friction_curvature, unit="1/m")
+
+    @property
+    def nothing(self) -> bool:
+        """Whether it resists nothing; a curve always does."""
+        return False
+
+    @property
+    def onset(self) -> tuple[float, float]:
+        """Stiffness σ of the friction at its start, warp and weft [N·m]."""
+        return tuple(moment / self.friction_curvature for moment in self.friction)
+
+    def slopes(self, moments: np.ndarray) -> np.ndarray:
+        """dM/dκ at the points of a curve that is monotone between them [N·m]."""
+        return PchipInterpolator(self.curvatures, moments).derivative()(self.curvatures)
+
+    @property
+    def stiffest(self) -> np.ndarray:
+        """Bound on the moduli of κ₁, κ₂, κ₁₂ [N·m], shape [3, 3]."""
+        bound = []
+        pairs = zip((self.moments_warp, self.moments_weft), self.in_plane, self.onset, strict=True)
+        for moments, in_plane, onset in pairs:
+            secants = np.diff(moments) / np.diff(self.curvatures)
+            # a monotone cubic is nowhere steeper than 1.5 times its secant or an end's slope
+            steepest = max(1.5 * secants.max(), self.slopes(moments).max())
+            bound.append(max(steepest + onset, in_plane))
+        return np.diag([*bound, 4.0 * self.twist])

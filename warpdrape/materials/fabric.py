@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from warpdrape.errors import InputError, finite, nearest, positive
-from warpdrape.materials.bending import Bending
+from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
@@ -71,7 +71,7 @@ class Fabric:
     cell_weft: float = 1e-3
     compressive_factor: float = 0.01
     yarn_angle: float = math.pi / 2
-    bending: Bending | None = None
+    bending: Bending | BendingCurve | None = None
     sources: Mapping[str, Source] = field(default_factory=dict)
     description: str = ""
     doubts: tuple[str, ...] = ()
@@ -103,8 +103,8 @@ class Fabric:
             raise InputError(
                 "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
             )
-        if not isinstance(self.bending, Bending | None):
-            raise InputError(f"bending = {self.bending!r} is not a warpdrape.Bending")
+        if not isinstance(self.bending, Bending | BendingCurve | None):
+            raise InputError(f"bending = {self.bending!r} is no warpdrape.Bending or BendingCurve")
         self._check_crimp()
         falling = falling_angle(self.shear)
         if falling is not None:
