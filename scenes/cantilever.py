@@ -7,7 +7,7 @@ import numpy as np
 from warpdrape import Clamp, Numerics, Ply, Result, Scene
 from warpdrape.coupons.closed_forms import flexural_length
 from warpdrape.errors import InputError, one_of
-from warpdrape.materials.bending import from_flexural_length
+from warpdrape.materials.bending import BendingCurve, from_flexural_length
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.units import mm
 
@@ -44,7 +44,10 @@ def build(
     cloth = with_bending(fabric, bending)
     if not cloth.bends:
         raise InputError("a cantilever test needs a fabric that resists bending: give bending")
-    stiffness = getattr(cloth.bending, family)
+    if isinstance(cloth.bending, BendingCurve):
+        stiffness = cloth.bending.in_plane[family == "weft"]  # of yarns whose fibres have slid
+    else:
+        stiffness = getattr(cloth.bending, family)
     length = overhang or 2.0 * (stiffness / (GRAVITY * cloth.areal_density)) ** (1.0 / 3.0)
     angle = 0.0 if family == "warp" else -0.5 * math.pi
     strip = Ply.rectangle(

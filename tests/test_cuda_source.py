@@ -9,6 +9,7 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape import kernels
 from warpdrape.forces.membrane import _yarn_kernels
+from warpdrape.kernels.forces.bending import add_bending_forces
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
 
@@ -62,3 +63,7 @@ def test_the_kernels_of_every_pair_of_laws_compile(tension, shear, tmp_path):
     cloth = fabric(law, SHEARS[shear], **({"cell": cell} if cell else {}))
     for number, kernel in enumerate(_yarn_kernels(membrane_functions(cloth))):
         assert compiled(kernel.module, tmp_path / str(number)) > 1000
+
+
+def test_the_kernel_of_bending_compiles(tmp_path):
+    assert compiled(add_bending_forces.module, tmp_path) > 1000

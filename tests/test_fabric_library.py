@@ -171,6 +171,68 @@ poisson = {{ value = 0.3, unit = "-", {told} }}
     assert "isotropic membrane" in card(fabric)
 
 
+TOLD = 'status = "measured", source = "own test"'
+
+
+def bent(text):
+    return f"{GOOD}\n[bending]\n" + text
+
+
+def test_bending_as_stiffness_and_as_flexural_length(write):
+    text = bent(
+        f'warp = {{ value = 2, unit = "N·mm", {TOLD} }}\n'
+        f'flexural_length_weft = {{ value = 60, unit = "mm", {TOLD} }}\n'
+    )
+    fabric = load_fabric(write((GOOD, text)))
+    weft = 9.81 * 0.3 * 0.06**3
+    assert fabric.bending.warp == pytest.approx(2e-3)
+    assert fabric.bending.weft == pytest.approx(weft)
+    assert fabric.bending.twist == pytest.approx(0.1 * math.sqrt(2e-3 * weft))
+    shown = card(fabric)
+    assert "bending.warp" in shown and "flexural length 60 mm" in shown
+    assert "flexural length, warp and weft" in shown and "60 mm" in shown
+
+
+def test_bending_as_a_curve(write):
+    text = bent(
+        'law = "curve"\n'
+        f'curvatures = {{ value = [0, 2, 10], unit = "1/m", {TOLD} }}\n'
+        f'moments_warp = {{ value = [0, 10, 20], unit = "mN", {TOLD} }}\n'
+        f'moments_weft = {{ value = [0, 5, 15], unit = "mN", {TOLD} }}\n'
+        f'friction_warp = {{ value = 2, unit = "mN", {TOLD} }}\n'
+        f'friction_weft = {{ value = 1, unit = "mN", {TOLD} }}\n'
+    )
+    curve = load_fabric(write((GOOD, text))).bending
+    assert list(curve.moments_warp) == pytest.approx([0.0, 0.01, 0.02])
+    assert curve.in_plane == pytest.approx((2e-3, 1.5e-3))
+    assert curve.friction == pytest.approx((2e-3, 1e-3))
+    assert "bending.moments_weft" in card(load_fabric(write((GOOD, text))))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "give either 'warp' or 'flexural_length_warp'"),
+        ('law = "linaer"\n', "'linaer' is unknown here; known: linear, curve"),
+        ('law = "solid"\n', "'solid' is unknown here"),
+        (
+            f'warp = {{ value = -2, unit = "N·mm", {TOLD} }}\n'
+            f'weft = {{ value = 2, unit = "N·mm", {TOLD} }}\n',
+            "must be zero or more",
+        ),
+        (f'warp = {{ value = 2, unit = "N", {TOLD} }}\n', "'N' is no unit of bending stiffness"),
+        (
+            f'law = "curve"\ncurvatures = {{ value = [0, 2], unit = "1/m", {TOLD} }}\n',
+            "moments_warp",
+        ),
+    ],
+)
+def test_bending_that_is_wrong_is_refused_with_its_line(text, words, write):
+    with pytest.raises(InputError, match=re.escape(words)) as refused:
+        load_fabric(write((GOOD, bent(text))))
+    assert ", line " in str(refused.value)
+
+
 def test_units_of_the_field():
     assert si_factor("couple", "N mm") is None
     assert si_factor("couple", "N·mm") == si_factor("couple", "N.mm") == 1e-3
@@ -189,6 +251,17 @@ def test_units_of_the_field():
         ("couple", "N·m", "N·cm", 100),
         ("couple", "N·cm", "N·mm", 10),
         ("couple", "N·mm", "mN·m", 1),
+        ("bending stiffness", "N·m", "N·mm", 1000),
+        ("bending stiffness", "N·mm", "mN·m", 1),
+        ("bending stiffness", "mN·m", "µN·m", 1000),
+        ("bending stiffness", "cN·cm²/cm", "µN·m", 100),
+        ("bending stiffness", "cN·cm²/cm", "gf·cm²/cm", 1 / 0.980665),
+        ("curvature", "1/mm", "1/cm", 10),
+        ("curvature", "1/cm", "1/m", 100),
+        ("moment per width", "N", "mN", 1000),
+        ("moment per width", "N·m/m", "N·mm/mm", 1),
+        ("moment per width", "cN·cm/cm", "mN", 10),
+        ("moment per width", "gf·cm/cm", "cN·cm/cm", 0.980665),
         ("force per length", "N/mm", "kN/m", 1),
         ("force per length", "kN/m", "N/m", 1000),
         ("angle", "rad", "°", 180.0 / math.pi),

@@ -365,3 +365,32 @@ def test_a_plate_has_a_back_and_a_rounded_border(device):
         gap = (normal * x).sum(axis=1) - level
         # Within 8° of its face the border counts as the face: 1 % of the distance less.
         np.testing.assert_allclose(gap, apart - HALF, atol=0.011 * apart)
+
+
+def test_a_sharp_ridge_is_round_to_the_ply(device):
+    """Round the edge of a box the gap is the distance from the box, whichever facet is asked."""
+    box = Tool.from_mesh("box", trimesh.creation.box(extents=(0.2, 0.2, 0.05)))
+    model, state = searcher([box], device, cells=4)
+    count = len(model.masses.mass)
+    along = np.linspace(-0.09, 0.09, count)
+    apart = HALF + np.linspace(-5e-5, 1e-5, count)
+    for angle in np.radians(np.arange(0.0, 91.0, 5.0)):
+        out = np.array([np.cos(angle), 0.0, np.sin(angle)])
+        edge = np.stack([np.full(count, 0.1), along, np.full(count, 0.025)], axis=1)
+        x = edge + apart[:, None] * out
+        state.plies.x.assign(x)
+        search_contacts(model, state)
+        near, normal, level = found(model, state)
+        assert near.all()
+        np.testing.assert_allclose((normal * x).sum(axis=1) - level, apart - HALF, atol=1e-9)
+        np.testing.assert_allclose(normal, np.tile(out, (count, 1)), atol=1e-5)
+
+
+def test_a_sharp_box_below_a_ply_touches_nothing():
+    """1 mm below it, with an edge between two rows of vertices: free fall until then."""
+    ply = Ply.rectangle("ply", CLOTH, 0.1, cells=5, z=1e-3 + HALF)
+    solid = trimesh.creation.box(extents=(0.12, 0.12, 0.05))
+    box = Tool.from_mesh("box", solid).moved((-0.055, 0.0, -0.025))
+    result = Scene(name="box", plies=[ply], tools=[box], duration=0.01).run(frames=2)
+    assert result.completed and np.abs(result.history["box_force_n"]).max() == 0.0
+    assert result.plies[0].points[:, 2] == pytest.approx(ply.z - 0.5 * 9.81 * 1e-4, abs=1e-6)

@@ -77,6 +77,7 @@ class ToolSurfaces:
     corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
     open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [facet]
+    ridges: wp.array(dtype=wp.int32)  # bits of edges that stick out sharply, shape [facet]
     sag: wp.array(dtype=wp.float64)  # by which facets may lie inside the surface [m], shape [tool]
     hollow: wp.array(dtype=wp.float64)  # weight over distance beyond `facet_hollows` [1/m], [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
@@ -196,14 +197,19 @@ def tangent_plane(
         at_corners = wp.matrix_from_rows(na, nb, nc)
         point = flat + CURVED * bulge(corners, at_corners, w)
         normal = curved_normal(corners, at_corners, w, CURVED)
+    zero = wp.float64(0.0)
     distance = wp.length(at - flat)
     height = wp.dot(normal, at - point)
     gap = height - offset
     aside = wp.length_sq(at - point) - height * height
     border = is_on_border(w, surfaces.open_edges[facet])
+    outside = height >= -SINGLE * distance and distance > zero
+    if outside and is_on_border(w, surfaces.ridges[facet]):
+        normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
+        height = distance
+        gap = distance - offset
     past_border = border and aside > offset * offset
     plane = no_plane()
-    zero = wp.float64(0.0)
     if surfaces.open[tool] == 1:
         alike = wp.dot(before.normal, normal)  # 1 while the vertex stays on its face
         if held:

@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from warpdrape.contact.adjacency import facet_hollows, open_edge_bits
+from warpdrape.contact.adjacency import (
+    across_edges,
+    facet_hollows,
+    open_edge_bits,
+)
 from warpdrape.kernels.contact.tool_contact import ToolSurfaces
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
+
+SMOOTH = 0.9999
+"""Cosine between two facets' normals at a vertex from which the edge between them is smooth [-]."""
 
 
 def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
@@ -40,10 +47,38 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
+    ridges = [ridge_bits(tool) for tool in scene.tools] or [np.zeros(0)]
+    surfaces.ridges = wp.array(np.concatenate(ridges), dtype=wp.int32, device=device)
     is_open = [not tool.surface.mesh.is_watertight for tool in scene.tools]
     surfaces.open = wp.array(is_open, dtype=wp.int32, device=device)
     surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
     return meshes, surfaces
+
+
+def ridge_bits(tool: Tool) -> np.ndarray:
+    """Bit e where the edge across from corner e sticks out and its facets share no normals, [m].
+
+    Known from the corners' normals: both facets have the same along a smooth edge.
+    """
+    if tool.surface.exact:
+        return np.zeros(len(tool.triangles), dtype=np.int32)
+    triangles, normals = np.asarray(tool.triangles), np.asarray(tool.surface.normals)
+    beside = across_edges(triangles)
+    points = np.asarray(tool.vertices)
+    middle = points[triangles].mean(axis=1)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    face = np.cross(b - a, c - a)
+    bits = np.zeros(len(triangles), dtype=np.int32)
+    for corner in range(3):
+        other = beside[:, corner]
+        shared = triangles[:, (corner + 1) % 3]
+        own = normals[np.arange(len(triangles)), (corner + 1) % 3]
+        place = np.argmax(triangles[other] == shared[:, None], axis=1)
+        theirs = normals[other, place]
+        sharp = (own * theirs).sum(axis=1) < SMOOTH
+        out = ((middle[other] - middle) * face).sum(axis=1) < 0.0
+        bits |= np.where((other >= 0) & sharp & out, 1 << corner, 0).astype(np.int32)
+    return bits
 
 
 def largest_sag(tool: Tool) -> float:

@@ -8,7 +8,7 @@ import textwrap
 
 import numpy as np
 
-from warpdrape.materials.bending import GRAVITY
+from warpdrape.materials.bending import GRAVITY, Bending, BendingCurve
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import initial_shear_stiffness, shear_stiffness
@@ -89,7 +89,17 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         if source and source.given:
             shown = "of " + ", ".join(("γ", "γ³", "γ⁵", "γ⁷")[: len(terms)])
         values.append(("shear.coefficients", shown))
-    if fabric.bending is not None:
+    if isinstance(fabric.bending, BendingCurve):
+        curve = fabric.bending
+        last = curve.curvatures[-1]
+        values.append(("bending.curvatures", f"{curve.curvatures.size} points to {last:.4g} 1/m"))
+        for family in ("warp", "weft"):
+            moment = getattr(curve, f"moments_{family}")[-1]
+            values.append((f"bending.moments_{family}", f"to {moment:.4g} N"))
+        if any(curve.friction):
+            values.append(("bending.friction_warp", f"{curve.friction[0]:.4g} N"))
+            values.append(("bending.friction_weft", f"{curve.friction[1]:.4g} N"))
+    elif fabric.bending is not None:
         stated = ("warp", "weft", *(n for n in ("twist",) if f"bending.{n}" in fabric.sources))
         values += [(f"bending.{n}", f"{getattr(fabric.bending, n):.4g} N·m") for n in stated]
     return values
@@ -135,7 +145,7 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
             rows.append((f"normalised shear force at {angle}°", f"{force:.4g} N/mm"))
         stiffest = shear_stiffness(fabric, math.radians(60))
         rows.append(("largest shear stiffness up to 60°", f"{stiffest:.4g} N/m"))
-    if fabric.bends:
+    if fabric.bends and isinstance(fabric.bending, Bending):
         weight = GRAVITY * fabric.areal_density
         lengths = [(b / weight) ** (1 / 3) for b in (fabric.bending.warp, fabric.bending.weft)]
         shown = ", ".join(f"{1e3 * length:.3g}" for length in lengths)

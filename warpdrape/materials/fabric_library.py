@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from warpdrape.errors import InputError, one_of
-from warpdrape.materials.bending import Bending, from_flexural_length
+from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.materials.laws import (
@@ -63,6 +63,18 @@ _BENDING = {
     "flexural_length_warp": "length",
     "flexural_length_weft": "length",
 }
+_BENDING_CURVE = {
+    "curvatures": "curvature",
+    "moments_warp": "moment per width",
+    "moments_weft": "moment per width",
+    "in_plane_warp": "bending stiffness",
+    "in_plane_weft": "bending stiffness",
+    "twist": "bending stiffness",
+    "friction_warp": "moment per width",
+    "friction_weft": "moment per width",
+    "friction_curvature": "curvature",
+}
+"""The first three must be given."""
 _SHEAR_KEYS = {
     "polynomial": {"coefficients": "couple"},
     "table": {"angles": "angle", "couples": "couple"},
@@ -232,17 +244,21 @@ def _shear(file: Section, sources: Sources) -> ShearLaw:
 
 def _bending(
     file: Section, values: dict[str, Any], tension: TensionLaw, sources: Sources
-) -> Bending | None:
+) -> Bending | BendingCurve | None:
     """Bending as stiffness or flexural length per family; of a solid isotropic sheet its own."""
     if "bending" not in file.values:
         return None
-    section = file.section("bending", ("law", *_BENDING))
+    section = file.section("bending")
     law = section.text("law") or "linear"
-    laws = ("linear", "solid") if isinstance(tension, IsotropicMembrane) else ("linear",)
+    isotropic = isinstance(tension, IsotropicMembrane)
+    laws = ("linear", "solid") if isotropic else ("linear", "curve")
     if law not in laws:
         section.fail("law", f"{law!r} is unknown here; known: {', '.join(laws)}")
+    keys = {"linear": _BENDING, "curve": _BENDING_CURVE, "solid": ()}[law]
+    section.check_keys(("law", *keys))
+    if law == "curve":
+        return _bending_curve(section, sources)
     if law == "solid":
-        section.check_keys(("law",))
         return Bending.of_sheet(tension.stiffness, tension.poisson, values["thickness"])
     found: dict[str, float] = {}
     for family in ("warp", "weft"):
@@ -260,5 +276,22 @@ def _bending(
         found["twist"], sources["bending.twist"] = section.number("twist", _BENDING["twist"])
     try:
         return Bending(**found)
+    except InputError as error:
+        section.blame(error)
+
+
+def _bending_curve(section: Section, sources: Sources) -> BendingCurve:
+    found: dict[str, Any] = {}
+    for key, kind in _BENDING_CURVE.items():
+        if key in section.values or key in ("curvatures", "moments_warp", "moments_weft"):
+            found[key], sources[f"bending.{key}"] = section.quantity(key, kind)
+    for name, default in (("in_plane", None), ("friction", 0.0)):
+        pair = [found.pop(f"{name}_{family}", default) for family in ("warp", "weft")]
+        if None not in pair:
+            found[name] = tuple(pair)
+        elif pair != [None, None]:
+            section.fail("", f"give {name!r} of both warp and weft")
+    try:
+        return BendingCurve(**found)
     except InputError as error:
         section.blame(error)
