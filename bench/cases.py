@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from warpdrape.dynamics import energy, stepping
 from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.phases import time_phases
+from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.result import read_plies
 from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
@@ -91,8 +93,9 @@ class Measurement:
 
 
 def membrane(cells: int) -> wd.Scene:
-    """A sheet of 2 cells² triangles without tools, as the yardstick has."""
-    ply = wd.Ply.rectangle("sheet", "carbon_interlock", 0.4, cells=cells, mesh="diagonal")
+    """A sheet of 2 cells² triangles without tools and bending, as the yardstick has."""
+    cloth = with_bending("carbon_interlock", "none")
+    ply = wd.Ply.rectangle("sheet", cloth, 0.4, cells=cells, mesh="diagonal")
     return wd.Scene(name="membrane", plies=[ply], duration=0.05, gravity=(0.0, 0.0, 0.0))
 
 
@@ -105,6 +108,9 @@ def _cases() -> dict[str, Case]:
     table = {28: 0.1, 100: 0.05, 224: 0.0, 707: 0.0}
     for cells, part in one_ply.items():
         found[f"hemisphere_{4 * cells**2}"] = Case(hemisphere.build, cells, part, cells < 50)
+    for cells in (20, 40, 80):
+        unbent = partial(hemisphere.build, bending="none")
+        found[f"hemisphere_unbent_{4 * cells**2}"] = Case(unbent, cells, one_ply[cells], cells < 50)
     for cells, part in three_plies.items():
         case = Case(three_ply_hemisphere.build, cells, part, cells < 30)
         found[f"three_ply_{12 * cells**2}"] = case
