@@ -15,7 +15,13 @@ import numpy as np
 import warp as wp
 from scipy import sparse
 
-from warpdrape.forces.curvature import CurvatureOperator, curvatures_of, gershgorin, out_of_plane
+from warpdrape.forces.curvature import (
+    CurvatureOperator,
+    curvatures_of,
+    gershgorin,
+    largest_curvatures,
+    out_of_plane,
+)
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.bending import (
     Rows,
@@ -125,11 +131,7 @@ class Bendings:
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
         """What ``summary.json`` says of a ply's bending."""
-        if "curvature" not in fields:
-            return {}
-        largest = np.abs(fields["curvature"]).max(axis=0)
-        names = ("max_curvature_warp_per_m", "max_curvature_weft_per_m")
-        return dict(zip(names, map(float, largest), strict=True))
+        return largest_curvatures(fields)
 
     def entries(
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]

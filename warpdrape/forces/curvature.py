@@ -15,6 +15,7 @@ least-squares fit through it over its neighbours; where a clamp holds the slope,
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -271,3 +272,12 @@ def out_of_plane(ply: Ply, points: np.ndarray, curvature: np.ndarray) -> np.ndar
         total = np.bincount(triangles.ravel(), np.repeat(areas * bent, 3), len(points))
         found[:, family] = total / share
     return found
+
+
+def largest_curvatures(fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """What ``summary.json`` says of a ply's bending, given what is shown of it."""
+    if "curvature" not in fields:
+        return {}
+    largest = np.abs(fields["curvature"]).max(axis=0)
+    names = ("max_curvature_warp_per_m", "max_curvature_weft_per_m")
+    return dict(zip(names, map(float, largest), strict=True))
