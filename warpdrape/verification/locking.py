@@ -83,9 +83,9 @@ def measure_locking(
     """Pull one strip to the last of ``angles``; a row for each.
 
     The closed form is of yarns that bend freely at the borders of its zones (with 2 N·mm in the
-    plane the force of the aligned mesh is 6 % higher), and that do not shorten either: forces run along the borders of its
-    zones, compressive ones too, and yarns that give way there (a low ``compressive_factor``) take
-    up part of the travel.
+    plane the force of the aligned mesh is 6 % higher), and that do not shorten either: forces run
+    along the borders of its zones, compressive ones too, and yarns that give way there (a low
+    ``compressive_factor``) take up part of the travel.
     """
     fabric = replace(
         load_fabric("carbon_interlock"), compressive_factor=compressive_factor, bending=None
