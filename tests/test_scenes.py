@@ -133,14 +133,14 @@ def test_without_shear_stiffness_the_sheet_drapes_by_shear():
 
 def test_a_sheet_drapes_over_the_table_as_with_a_search_at_every_step():
     fast, exact = (
-        circular_table.build(cells=12, duration=0.5, contact=contact)
+        circular_table.build(cells=12, duration=0.5, contact=contact, bending="0.0003")
         for contact in ("fast", "exact")
     )
     assert (fast.numerics.contact, exact.numerics.contact) == ("fast", "exact")
     fast, exact = (scene.run(frames=4) for scene in (fast, exact))
-    # A wrinkled free edge wanders: exact ones with steps 0.6 % shorter end 4 mm away in places.
+    # Stiff enough not to wrinkle: a wrinkled free edge wanders, by 11 mm in places at 0.01 N·mm.
     apart = np.linalg.norm(fast.plies[0].points - exact.plies[0].points, axis=1)
-    assert np.median(apart) < 1e-3 and apart.max() < 0.01
+    assert np.median(apart) < 1e-4 and apart.max() < 1e-3
     one, other = (result.summary["table"] for result in (fast, exact))
     for measure in ("corner_drop_m", "side_drop_m", "wrinkle_angle_deg"):
         assert one[measure] == pytest.approx(other[measure], rel=0.02)
