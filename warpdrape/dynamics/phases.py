@@ -63,27 +63,18 @@ def time_phases(
     (whole,) = split(model, scratch, 1)
     (share,) = shares(model, 1)
 
-    def captured(phase: Callable[[], None], count: int = 1) -> Callable[[], None]:
-        with wp.ScopedCapture(device=model.device) as capture:
-            for _ in range(count):
-                phase()
-        return lambda: wp.capture_launch(capture.graph)
-
     count, every = min(LAUNCHES, model.timing.steps_ahead), model.timing.search_every
     costs: dict[str, float] = {}
     searches: dict[str, float] = {}
     for thing, launches in zip(model.interactions, launches_of(model, share, scratch), strict=True):
         run = partial(_launch, launches.scatter + launches.push, model.device)
-        costs[thing.name] = timed(captured(run, count)) / count
+        costs[thing.name] = timed(_captured(run, model.device, count)) / count
         if thing.searches:
-            before = captured(partial(_launch, launches.prepare, model.device))
-            ask, walk = (
-                captured(partial(_launch, launches.measure + stage, model.device))
-                for stage in (launches.ask, launches.walk)
-            )
-            copy = captured(partial(_launch, launches.copy, model.device))
-            searches[thing.searches] = _search(launches, before, copy, ask, walk, timed) / every
-    costs["integration"] = timed(captured(partial(integration.advance, whole), count)) / count
+            asking, walking = _searches(launches, model.device)
+            spent = timed(asking) + (ASK_EVERY - 1) * timed(walking)
+            searches[thing.searches] = spent / (ASK_EVERY * every)
+    advance = partial(integration.advance, whole)
+    costs["integration"] = timed(_captured(advance, model.device, count)) / count
     return costs | searches
 
 
@@ -92,30 +83,32 @@ def _launch(launches: Sequence[Launch], device: str) -> None:
         launch(device)
 
 
-def _search(
-    launches: Launches,
-    prepare: Callable[[], None],
-    copy: Callable[[], None],
-    ask: Callable[[], None],
-    walk: Callable[[], None],
-    timed: Callable[[Callable[[], None]], float],
-) -> float:
-    """Time of a search [s], on average over those that ask and those that walk."""
+def _captured(phase: Callable[[], None], device: str, count: int = 1) -> Callable[[], None]:
+    """Replay of so many of a phase."""
+    with wp.ScopedCapture(device=device) as capture:
+        for _ in range(count):
+            phase()
+    return lambda: wp.capture_launch(capture.graph)
+
+
+def _searches(launches: Launches, device: str) -> tuple[Callable[[], None], Callable[[], None]]:
+    """A search in which every vertex asks, and one in which it goes on from what it remembers."""
+    before, ask, walk = (
+        _captured(partial(_launch, stage, device), device)
+        for stage in (
+            launches.prepare + launches.copy,
+            launches.measure + launches.ask,
+            launches.prepare + launches.measure + launches.walk,
+        )
+    )
 
     def asking() -> None:
-        prepare()
-        copy()
+        before()
         for mesh in launches.refit:
             mesh.refit()
         ask()
 
-    def walking() -> None:
-        prepare()
-        walk()
-
-    if launches.ask == launches.walk:
-        return timed(walking)
-    return (timed(asking) + (ASK_EVERY - 1) * timed(walking)) / ASK_EVERY
+    return asking, walk
 
 
 class Profile:
