@@ -1,4 +1,4 @@
-"""Bending against the elastica, plates and beams in closed form, on meshes of every kind."""
+"""Runs of strips that bend, against the elastica and the law, on meshes of every kind."""
 
 from __future__ import annotations
 
@@ -8,26 +8,23 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
-from scipy import sparse
-from scipy.sparse.linalg import eigsh, spsolve
+from scipy.interpolate import PchipInterpolator
 
-from warpdrape import Bending, Clamp, Numerics, Path, Ply, Scene
-from warpdrape.blanks.flat_mesh import FlatMesh
-from warpdrape.blanks.meshing import mesh_outline
-from warpdrape.blanks.outlines import Rectangle
+from warpdrape import Bending, BendingCurve, Clamp, Numerics, Path, Ply, Scene
 from warpdrape.coupons.closed_forms import heavy_cantilever
-from warpdrape.forces.curvature import CurvatureOperator, curvature_operator
+from warpdrape.dynamics.energy import measure
+from warpdrape.dynamics.model import Model, build_model, initial_state
+from warpdrape.dynamics.partition import split
+from warpdrape.forces.bending_curve import BendingCurves
 from warpdrape.results.result import FormedPly
 from warpdrape.verification.case import CaseResult, absolute, relative
+from warpdrape.verification.plates import LENGTH, MESHES, STIFFNESS, beams, mesh_of, plates
 from warpdrape.verification.strip import yarn_fabric
 
-STIFFNESS = 1e-4
-"""Bending stiffness of the strips [N·m]."""
-LENGTH = 0.1
-"""Of a strip [m]."""
 STRETCH = 2e4
 """Line stiffness of its yarns [N/m]: as if √(12 B/EA) = 0.24 mm thick, so that they do not show."""
-MESHES = ("diagonal", "crossed", "random", "turned 15°", "turned 22.5°")
+IN_PLANE = (("diagonal", None), ("crossed", 0.06), ("random", 0.04))
+"""Meshes of strips bent in their plane, and the errors known of those that miss the limit."""
 
 
 def bending(quick: bool) -> Iterator[CaseResult]:
@@ -36,167 +33,7 @@ def bending(quick: bool) -> Iterator[CaseResult]:
     yield from beams(quick)
     yield from cantilevers(quick)
     yield from fold()
-
-
-IN_PLANE = (("diagonal", None), ("crossed", 0.06), ("random", 0.04))
-"""Meshes of strips bent in their plane, and the errors known of those that miss the limit."""
-
-
-def mesh_of(kind: str, width: float, height: float, edge: float) -> FlatMesh:
-    """A rectangle centred at the origin, meshed one way with edges of about one length [m]."""
-    outline = Rectangle(width, height)
-    name, _, angle = kind.rstrip("°").partition(" ")
-    if angle:
-        turn = math.radians(float(angle))
-        return mesh_outline(outline, edge=edge, pattern="aligned", warp_angle=turn)
-    pattern = "aligned" if name == "crossed" else name
-    return mesh_outline(outline, edge=edge, pattern=pattern)
-
-
-def _operator(
-    mesh: FlatMesh, held: np.ndarray | None = None, angle: float = 0.0
-) -> CurvatureOperator:
-    c, s = math.cos(angle), math.sin(angle)
-    directions = np.array([c, s]), np.array([-s, c])
-    return curvature_operator(
-        np.asarray(mesh.vertices), np.asarray(mesh.triangles), directions, held
-    )
-
-
-def plates(quick: bool) -> Iterator[CaseResult]:
-    """Frequencies of a square plate, D = 1, ρ = 1, of side 1: supported, clamped and free.
-
-    Clamped and free (ν = 0.3): Leissa, Vibration of Plates, NASA SP-160, 1969.
-    """
-    exact = sorted(math.pi**2 * (m * m + n * n) for m in range(1, 4) for n in range(1, 4))[:4]
-    moduli = Bending.isotropic(1.0).moduli
-    for kind in MESHES[1:3] if quick else MESHES:
-        mesh = mesh_of(kind, 1.0, 1.0, 1.0 / 24)
-        mass = np.asarray(mesh.vertex_areas)
-        border = np.abs(np.asarray(mesh.vertices)).max(axis=1) > 0.5 - 1e-9
-        inner = np.flatnonzero(~border)
-        matrix, _, _ = _operator(mesh).stiffness(moduli)
-        found = _frequencies(matrix[inner][:, inner], mass[inner], 4)
-        worst = found[np.argmax(np.abs(found / exact - 1.0))]
-        reference = exact[int(np.argmin(np.abs(np.array(exact) / worst - 1.0)))]
-        yield relative(
-            f"supported plate, {kind}, h = L/24: worst of four frequencies", worst, reference, 0.02
-        )
-        solid, _, _ = _operator(mesh).stiffness(Bending.isotropic(1.0, 0.3).moduli)
-        free = _frequencies(solid, mass, 4, shift=1.0)
-        yield absolute(
-            f"free plate, {kind}: third over fourth frequency", free[2] / free[3], 0, 1e-3
-        )
-        yield relative(f"free plate, {kind}, ν = 0.3: fourth frequency", free[3], 13.47, 0.02)
-        held = np.where(border, 0, -1)
-        clamped, _, _ = _operator(mesh, held).stiffness(moduli)
-        first = _frequencies(clamped[inner][:, inner], mass[inner], 1)[0]
-        yield relative(f"clamped plate, {kind}: first frequency", first, 35.985, 0.02)
-
-
-def _frequencies(
-    matrix: sparse.csr_matrix, mass: np.ndarray, count: int, shift: float = 0.0
-) -> np.ndarray:
-    """Lowest frequencies ω [rad/s]; with a shift [1/s²] where the matrix is singular."""
-    root = sparse.diags(1.0 / np.sqrt(mass))
-    scaled = (root @ matrix @ root + shift * sparse.identity(len(mass))).tocsc()
-    values = eigsh(scaled, count, sigma=0.0, which="LM", return_eigenvectors=False) - shift
-    return np.sqrt(np.maximum(np.sort(values), 0.0))
-
-
-def beams(quick: bool) -> Iterator[CaseResult]:
-    """Strips in small deflections: buckling, yarns at an angle, and a layer of sheared yarns."""
-    for kind in MESHES[1:3] if quick else MESHES:
-        mesh = mesh_of(kind, LENGTH, 0.25 * LENGTH, LENGTH / 24)
-        yield relative(
-            f"buckling load of a pinned strip, {kind}",
-            _buckling(mesh),
-            STIFFNESS * (math.pi / LENGTH) ** 2,
-            0.02,
-            unit="N/m",
-        )
-    uneven = Bending(warp=STIFFNESS, weft=0.3 * STIFFNESS)
-    for angle in (0.0, 30.0, 45.0, 90.0):
-        coarse, fine = (
-            mesh_of(kind, LENGTH, 0.2 * LENGTH, edge)
-            for kind, edge in (("random", LENGTH / 32), ("crossed", LENGTH / 160))
-        )
-        found, exact = (_tip(mesh, uneven, math.radians(angle)) for mesh in (coarse, fine))
-        yield relative(f"tip of a strip, yarns at {angle:g}° to it", found, exact, 0.01, unit="m")
-    for kind in MESHES[1:3] if quick else MESHES:
-        measured, exact = _sheared_layer(kind)
-        yield relative(
-            f"yarns bent in the plane, {kind}: shear at the middle of a layer",
-            measured,
-            exact,
-            0.01,
-        )
-
-
-def _buckling(mesh: FlatMesh) -> float:
-    """Compression [N/m] at which a strip on two hinges buckles."""
-    points, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
-    moduli = Bending(warp=STIFFNESS, weft=STIFFNESS).moduli
-    matrix, _, _ = _operator(mesh).stiffness(moduli)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    slope = np.column_stack([(b - c)[:, 1], (c - a)[:, 1], (a - b)[:, 1]])
-    areas = np.asarray(mesh.areas)
-    rows = np.repeat(np.arange(len(triangles)), 3)
-    gradient = sparse.csr_matrix(
-        ((slope / (2.0 * areas[:, None])).ravel(), (rows, triangles.ravel())),
-        shape=(len(triangles), len(points)),
-    )
-    softening = gradient.T @ sparse.diags(areas) @ gradient  # of compression along x
-    free = np.flatnonzero(np.abs(points[:, 0]) < 0.5 * LENGTH - 1e-9)
-    inner = matrix[free][:, free].tocsc(), softening[free][:, free].tocsc()
-    # softening is singular (motions along y alone): solve for its inverse
-    found = eigsh(inner[1], 1, inner[0], which="LM", return_eigenvectors=False)
-    return 1.0 / float(found[0])
-
-
-def _tip(mesh: FlatMesh, bending: Bending, angle: float) -> float:
-    """Tip's deflection [m] of a strip clamped at one end under 1 N/m² across it."""
-    points = np.asarray(mesh.vertices)
-    root = points[:, 0] < -0.5 * LENGTH + 1e-9
-    operator = _operator(mesh, np.where(root, 0, -1), angle)
-    matrix, _, _ = operator.stiffness(bending.moduli)
-    free = np.flatnonzero(~root)
-    deflection = spsolve(matrix[free][:, free].tocsc(), np.asarray(mesh.vertex_areas)[free])
-    return float(deflection[points[free, 0] > 0.5 * LENGTH - 1e-9].mean())
-
-
-def _sheared_layer(kind: str) -> tuple[float, float]:
-    """Shear at the middle of a layer whose two clamps move past each other, over their way.
-
-    Yarns across the layer bend within the ply where they leave the clamps: C u'' = B_g u'''', so
-    that u' = γ0 (1 − cosh(y/ℓ)/cosh(H/2ℓ)), ℓ = √(B_g/C): the transition zone of a bias test.
-    """
-    height, width, share = 0.05, 0.1, 0.15
-    length = share * height
-    mesh = mesh_of(kind, width, height, height / 24)
-    points, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
-    top, bottom = (side * points[:, 1] > 0.5 * height - 1e-9 for side in (1.0, -1.0))
-    held = np.where(top | bottom, 0, -1)
-    operator = _operator(mesh, held)
-    matrix, _, _ = operator.stiffness(np.diag([0.0, length**2, 0.0]))  # over C
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    areas = np.asarray(mesh.areas)
-    slope = np.column_stack([(c - b)[:, 0], (a - c)[:, 0], (b - a)[:, 0]]) / (2.0 * areas[:, None])
-    rows = np.repeat(np.arange(len(triangles)), 3)
-    gradient = sparse.csr_matrix(
-        (slope.ravel(), (rows, triangles.ravel())), shape=(len(triangles), len(points))
-    )
-    whole = (matrix + gradient.T @ sparse.diags(areas) @ gradient).tocsc()
-    u = np.where(top, height, 0.0)
-    free = np.flatnonzero(~(top | bottom))
-    u[free] = spsolve(whole[free][:, free], -(whole[free] @ u))
-    middle = np.abs(points[triangles].mean(axis=1)[:, 1]) < 0.1 * height
-    half = 0.5 / share
-    at = points[triangles].mean(axis=1)[middle, 1] / length
-    first = 1.0 / (1.0 - math.tanh(half) / half)
-    exact = first * (1.0 - np.cosh(at) / math.cosh(half))
-    weight = areas[middle] / areas[middle].sum()
-    return float((gradient @ u)[middle] @ weight), float(exact @ weight)
+    yield from curves()
 
 
 def cantilever_scene(kind: str, load: float, cells: int, *, in_plane: bool = False) -> Scene:
@@ -344,3 +181,56 @@ def _sharpest(ply: FormedPly) -> float:
     """Largest angle between the normals of triangles that share an edge [rad]."""
     surface = trimesh.Trimesh(ply.points, ply.triangles, process=False)
     return float(surface.face_adjacency_angles.max())
+
+
+CURVE = BendingCurve(
+    curvatures=(0.0, 2.294, 2.929, 4.466, 6.582, 10.757, 17.665),
+    moments_warp=(0.0, 0.2735, 0.2969, 0.3165, 0.3321, 0.3516, 0.3751),
+    moments_weft=(0.0, 0.2735, 0.2969, 0.3165, 0.3321, 0.3516, 0.3751),
+    friction=(0.05, 0.05),
+    friction_curvature=1.0,
+)
+"""Points of a binder-stabilised fabric's curve (Broberg et al.); the friction is made up."""
+LARGEST = 8.0
+"""Curvature of the loop [1/m]."""
+
+
+def curves() -> Iterator[CaseResult]:
+    """A ply bent to and fro on cylinders: its moment, and the loop of the friction."""
+    side, angle = 0.1, np.linspace(0.0, 4.5 * math.pi, 1801)
+    cloth = replace(yarn_fabric(STRETCH, 0.3), bending=CURVE)
+    ply = Ply(name="ply", fabric=cloth, mesh=mesh_of("random", side, side, side / 12))
+    scene = Scene(name="loop", plies=[ply], duration=1e-3, gravity=(0.0, 0.0, 0.0))
+    model = build_model(scene, "cpu", 1)
+    state = initial_state(model)
+    (whole,) = split(model, state, 1)
+    flat, lost, stored = ply.rest_points, [], []
+    for curvature in LARGEST * np.sin(angle):
+        turn = curvature * flat[:, 0]
+        radius = 1.0 / curvature if curvature else 1e12
+        x = np.column_stack(
+            [radius * np.sin(turn), flat[:, 1], 2.0 * radius * np.sin(turn / 2) ** 2]
+        )
+        state.plies.x.assign(x if curvature else flat)
+        for launch in whole.launches.scatter:
+            launch(model.device)
+        shown = measure(model, state)[model.forces.index(_curve_of(model))]
+        lost.append(shown.lost["fibre_friction"] / side**2)
+        stored.append(shown.stored["bending_curves"] / side**2)
+    way = np.linspace(0.0, 2.0 * LARGEST, 100_001)
+    moment = CURVE.friction[0] * (1.0 - 2.0 * np.exp(-way / CURVE.friction_curvature))
+    exact = 2.0 * float(np.trapezoid(moment, way))
+    yield relative(
+        "loop of M(κ) with fibre friction: its area", lost[1800] - lost[1000], exact, 0.01, "N/m"
+    )
+    at, moments = np.array(CURVE.curvatures), np.array(CURVE.moments_warp)
+    spring = 0.5 * CURVE.friction[0] ** 2 / CURVE.onset[0]
+    energy = PchipInterpolator(at, moments).antiderivative()(LARGEST) + spring
+    yield relative(
+        "energy stored at the end of it, by the curve", stored[-1], float(energy), 0.01, "N/m"
+    )
+
+
+def _curve_of(model: Model) -> BendingCurves:
+    (found,) = (force for force in model.forces if isinstance(force, BendingCurves))
+    return found
