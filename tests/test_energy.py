@@ -8,6 +8,7 @@ import pytest
 from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.energy import Energies, balance, measure
 from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import Stepper
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 
@@ -68,3 +69,28 @@ def test_added_mass_has_inertia_and_no_weight(device):
     assert energies.kinetic == pytest.approx(0.5 * (mass * speed**2).sum())
     assert energies.added_mass_kinetic == pytest.approx(0.5 * (added * speed**2).sum())
     assert energies.gravity_work == pytest.approx(10.0 * ((mass - added) * drop).sum())
+
+
+@pytest.mark.parametrize("averaging", ["pairs", "plain"])
+def test_what_yarn_viscosity_loses_is_what_the_ply_loses(averaging):
+    """A loose ply shaken in space: most of its energy goes, all of it into the viscosity."""
+    ply = Ply.rectangle("loose", "carbon_interlock", 0.1, cells=4)
+    scene = Scene(
+        name="loose",
+        plies=[ply],
+        duration=0.02,
+        gravity=(0.0, 0.0, 0.0),
+        numerics=Numerics(averaging=averaging, safety=0.5),
+    )
+    model = build_model(scene, "cpu", 1)
+    state = initial_state(model)
+    state.plies.v.assign(0.1 * np.random.default_rng(1).standard_normal(ply.rest_points.shape))
+    first = balance(model, state, measure(model, state)).kinetic
+    stepper = Stepper(model, state)
+    stepper.begin_frame(1)
+    for _ in range(4000 // model.timing.search_every):
+        stepper.block()
+    energies = balance(model, state, measure(model, state))
+    assert energies.lost["viscosity"] > 0.1 * first
+    # Kinetic energy is half a step old: a few per cent of what still swings.
+    assert energies.unbalanced == pytest.approx(first, rel=0.03)
