@@ -59,8 +59,10 @@ def test_graph_replay_is_eager_launching_bit_for_bit():
 def test_a_profile_names_the_phases_and_changes_nothing(device, tmp_path):
     plain = small_press().run(device=device, frames=4)
     timed = small_press().run(tmp_path / "run", device=device, frames=4, profile=True)
+    # Threads of a graphics card add up in any order.
+    apart = 0.0 if device == "cpu" else 1e-9
     for one, other in zip(plain.plies, timed.plies, strict=True):
-        np.testing.assert_array_equal(one.points, other.points)
+        np.testing.assert_allclose(one.points, other.points, rtol=0.0, atol=apart)
     spent = timed.summary["phases_s"]
     for phase in ("membrane", "tool contact", "ply contact", "tool search", "ply search", "output"):
         assert spent[phase] > 0.0, phase

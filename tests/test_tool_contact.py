@@ -59,7 +59,7 @@ def near_sphere(count, rng, low, high, polar=0.8 * np.pi):
 
 def test_gap_to_a_sphere_converges_with_the_facets(device):
     rng = np.random.default_rng(1)
-    gaps, tilts = [], []
+    gaps = []
     for facet in (7e-3, 3.5e-3, 1.75e-3):
         model, state = searcher([Tool.sphere(radius=RADIUS, facet=facet)], device, cells=30)
         x, distance, out = near_sphere(len(model.masses.mass), rng, -5e-5, 4e-4)
@@ -69,16 +69,16 @@ def test_gap_to_a_sphere_converges_with_the_facets(device):
         assert near.all()
         gap = (normal * x).sum(axis=1) - level + HALF
         gaps.append(np.abs(gap - distance).max())
-        tilts.append(np.linalg.norm(normal - out, axis=1).max())
+        # A point off the surface is projected square to the facet, so its normal is that of a place
+        # aside by distance · facet/2R: first order, but small. Which of two facets as near is found
+        # differs between processors.
+        tilt = np.linalg.norm(normal - out, axis=1)
+        assert tilt.max() < 1.5 * 4e-4 * facet / (2.0 * RADIUS**2)
         flat = 0.125 * facet**2 / RADIUS  # how far a facet lies inside the sphere
         assert gaps[-1] < 0.05 * flat
     rates = np.log2(np.array(gaps[:-1]) / gaps[1:])
     assert (rates > 2.7).all(), rates
     assert gaps[-1] < 1e-7  # m, at facets of 1.75 mm on a radius of 75 mm
-    # A point off the surface is projected square to the facet, so its normal is that of a place
-    # aside by distance · facet/2R: first order, but small.
-    assert (np.log2(np.array(tilts[:-1]) / tilts[1:]) > 0.95).all()
-    assert tilts[-1] < 1e-4
 
 
 def distances(points, corners):

@@ -26,6 +26,9 @@ class Across(Enum):
     FIRST = "one each: part 0 takes another's where it has none (−1)"
 
 
+SHARING_A_PLACE, MOST_PLACES = 1000, 64
+"""Vertices that may add to one reaction of a tool on a graphics card, where a million adding to one
+would wait for each other longer than the rest of the step takes; and most reactions of a tool."""
 Apart = Mapping[str, Across]
 """Arrays of a record, by name, that are not shared: its class attribute ``apart``."""
 
@@ -57,7 +60,8 @@ class ToolState:
     Attributes:
         shift: translations [m], shape [tool].
         velocity: [m/s], shape [tool].
-        reaction: contact forces of this step [N], shape [tool].
+        reaction: contact forces of this step [N], in several places for each tool so that the
+            threads of a graphics card do not wait for one, shape [place · tool].
         impulse: sum over the steps of the reaction [N], shape [tool].
         work: done on the tools from outside [J], shape [tool].
         damped: lost in their dashpots [J], shape [tool].
@@ -127,12 +131,16 @@ def start_plies(points: np.ndarray, device: str) -> PlyState:
     )
 
 
-def start_tools(scene: Setup, steps: int, device: str) -> ToolState:
+def start_tools(scene: Setup, vertices: int, steps: int, device: str) -> ToolState:
     """Tools where they start, with room for the motions of so many steps."""
     tools, real, vec = len(scene.tools), wp.float64, wp.vec3d
-    vectors = ("shift", "velocity", "reaction", "impulse")
+    places = 1
+    if wp.get_device(device).is_cuda:
+        places = min(1 + vertices // SHARING_A_PLACE, MOST_PLACES)
+    vectors = ("shift", "velocity", "impulse")
     return ToolState(
         **{name: wp.zeros(tools, dtype=vec, device=device) for name in vectors},
+        reaction=wp.zeros(places * tools, dtype=vec, device=device),
         work=wp.zeros(tools, dtype=real, device=device),
         damped=wp.zeros(tools, dtype=real, device=device),
         path=wp.zeros((tools, steps + 1), dtype=vec, device=device),

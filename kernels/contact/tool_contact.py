@@ -358,14 +358,16 @@ def add_tool_forces(
         touching: bits of the tools that are near, shape [vertex].
         holds: memory of the contacts, shape [tool · vertex]; updated.
         f: forces [N], shape [vertex]; accumulated.
-        reaction: forces on the tools [N], shape [tool]; accumulated.
+        reaction: forces on the tools [N], shape [place · tool]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
     i = first + wp.tid()
     bits = touching[i]
     if bits == 0:
         return
-    for tool in range(friction.shape[0]):
+    tools = friction.shape[0]
+    place = i % (reaction.shape[0] // tools) * tools
+    for tool in range(tools):
         if may_touch(bits, tool):
             slot = tool * x.shape[0] + i
             plane = planes[slot]
@@ -386,4 +388,4 @@ def add_tool_forces(
                 holds[slot].stored = t.stored
                 f[i] += t.force
                 lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-                wp.atomic_sub(reaction, tool, t.force)
+                wp.atomic_sub(reaction, place + tool, t.force)

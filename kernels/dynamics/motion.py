@@ -155,7 +155,7 @@ def advance_tools(
         step: number of the step in the frame, shape [1].
         shift: translations [m], shape [tool]; advanced.
         velocity: velocities [m/s], shape [tool]; advanced.
-        reaction: contact forces on the tools [N], shape [tool]; cleared.
+        reaction: contact forces on the tools [N], shape [place · tool]; cleared.
         impulse: sum over the steps of the reaction [N], shape [tool]; accumulated.
         work: work done on the tools from outside [J], shape [tool]; accumulated.
         damped: energy lost in the tools' dashpots [J], shape [tool]; accumulated.
@@ -164,7 +164,12 @@ def advance_tools(
     half = wp.float64(0.5)
     k = step[0]
     old = velocity[t]
+    tools = shift.shape[0]
     acting = reaction[t]
+    for place in range(1, reaction.shape[0] // tools):
+        acting += reaction[place * tools + t]
+    for place in range(reaction.shape[0] // tools):
+        reaction[place * tools + t] = wp.vec3d()
     if floating.floats[t] == 1:
         axis = floating.axis[t]
         speed = wp.dot(axis, old)
@@ -182,7 +187,6 @@ def advance_tools(
         shift[t] = path[t, k + 1]
         work[t] -= half * time_step * wp.dot(acting, old + velocity[t])
     impulse[t] += acting
-    reaction[t] = wp.vec3d()
 
 
 @wp.kernel(enable_backward=False)

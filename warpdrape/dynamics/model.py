@@ -137,7 +137,7 @@ def initial_state(model: Model) -> State:
     n = model.mass.shape[0]
     return State(
         plies=start_plies(model.rest.numpy(), device),
-        tools=start_tools(scene, ahead, device),
+        tools=start_tools(scene, n, ahead, device),
         clamps=start_clamps(scene, n, ahead, device),
         scaled=start_scaled(n, device) if model.selective else None,
         memory=tuple(thing.start() for thing in model.interactions),
