@@ -22,6 +22,8 @@ LARGEST_PLY = 50.0
 """Width beyond which a ply must have been given in millimetres [m]."""
 LONGEST_WAY = 20.0
 """Way of a tool over the plies' width beyond which it must have been [-]."""
+LARGEST_TOOL, SMALLEST_TOOL = 50.0, 1e-3
+"""Width of a tool over the plies' beyond, and below, which its file must have another unit [-]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,7 +114,7 @@ class Setup:
             for name in names:
                 if names.count(name) > 1:
                     raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
-        _refuse_millimetres(self.plies, self.tools)
+        _refuse_other_units(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
         for low, high in zip(self.plies, self.plies[1:], strict=False):
@@ -139,8 +141,8 @@ def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:
     return tuple(things)
 
 
-def _refuse_millimetres(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
-    """Raise `InputError` for a ply or a way of a tool so long that it must be in millimetres."""
+def _refuse_other_units(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
+    """Raise `InputError` where the size of a ply or tool, or a tool's way, betrays another unit."""
     sizes = [float(np.ptp(np.asarray(ply.mesh.vertices), axis=0).max()) for ply in plies]
     for ply, size in zip(plies, sizes, strict=True):
         if size > LARGEST_PLY:
@@ -149,6 +151,12 @@ def _refuse_millimetres(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
                 f"{LARGEST_PLY:g} m: give metres, as in 300 * mm"
             )
     for tool in tools:
+        size = float(np.ptp(tool.vertices, axis=0).max())
+        if not SMALLEST_TOOL * max(sizes) <= size <= LARGEST_TOOL * max(sizes):
+            raise InputError(
+                f"tool {tool.name!r} is {size:.4g} m across, the plies {max(sizes):.4g} m: give "
+                "the metres per unit of its file, as in scale=1e-3 for millimetres"
+            )
         if isinstance(tool.motion, Stroke | Path):
             motion = tool.motion
             ways = motion.travel if isinstance(motion, Stroke) else motion.positions

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from warpdrape.blanks.outlines import enclosed
@@ -30,11 +32,35 @@ def check_tools(scene: Setup) -> None:
     for tool in scene.tools:
         start = np.zeros(3) if isinstance(tool.motion, Float) else tool.motion.displacement(0.0)
         points = tool.vertices + start
+        _refuse_facing_away(tool, points, scene.plies)
         for ply in scene.plies:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
 
 
+def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) -> None:
+    """Raise `InputError` where most of an open tool over or under the plies turns its back on them.
+
+    Args:
+        tool: the tool.
+        points: its vertices at the start [m], shape [n, 3].
+        plies: the plies.
+    """
+    if tool.surface.mesh.is_watertight:
+        return
+    a, b, c = np.moveaxis(points[tool.triangles], 1, 0)
+    middle, upward = (a + b + c) / 3.0, 0.5 * np.cross(b - a, c - a)[:, 2]
+    for ply in plies:
+        facing = np.where(_over(ply, middle), upward * np.sign(ply.z - middle[:, 2]), 0.0)
+        if facing.sum() < -FACING * np.abs(facing).sum():
+            raise InputError(
+                f"tool {tool.name!r}: its facets face away from ply {ply.name!r}: take "
+                "tool.flipped(), or turn them round in its file"
+            )
+
+
+FACING = 0.5
+"""Share of an open tool's area, seen from the plies, beyond which the side it shows tells [-]."""
 CLAMP_TOLERANCE = 1e-9
 """Displacement [m] or distortion [-] with which a clamp may begin."""
 MOMENTS = 101

@@ -14,6 +14,7 @@ from warpdrape.materials.laws import (
     IsotropicMembrane,
     NoShear,
     ShearLaw,
+    ShearTable,
     TensionLaw,
     falling_angle,
 )
@@ -108,9 +109,11 @@ class Fabric:
         self._check_crimp()
         falling = falling_angle(self.shear)
         if falling is not None:
+            table = isinstance(self.shear, ShearTable)
+            remedy = "the couples of its table there" if table else "the signs of its coefficients"
             warnings.warn(
                 f"fabric {self.name!r}: the shear couple falls beyond "
-                f"{math.degrees(falling):.1f}°; check the signs of its coefficients",
+                f"{math.degrees(falling):.1f}°; check {remedy}",
                 stacklevel=3,
             )
 

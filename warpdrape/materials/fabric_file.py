@@ -156,7 +156,7 @@ def read_sections(path: Path, shown_as: str) -> Section:
         InputError: it cannot be read, or is no TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"fabric file {shown_as} cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -170,7 +170,10 @@ class ShearTable:
         angles = np.asarray(self.angles, dtype=float)
         couples = np.asarray(self.couples, dtype=float)
         if angles.ndim != 1 or angles.size < 3 or couples.shape != angles.shape:
-            raise InputError("a shear table needs three or more angles and as many couples")
+            raise InputError(
+                f"a shear table needs three or more angles and as many couples, not {angles.size} "
+                f"and {couples.size}; decimals take a point: 0,5 are two numbers, 0.5 is one"
+            )
         if not (np.isfinite(angles).all() and np.isfinite(couples).all()):
             raise InputError("a shear table must hold finite numbers only")
         if angles[0] != 0.0 or couples[0] != 0.0:

@@ -10,13 +10,18 @@ import numpy as np
 from warpdrape.dynamics.energy import Energies
 from warpdrape.dynamics.model import Model
 from warpdrape.results.result import FormedPly
+from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.tools.motion import Float, Path, Stroke
 from warpdrape.tools.tool import Tool
 
 
-def tool_axis(tool: Tool) -> np.ndarray:
-    """Direction along which a tool's displacement and force are reported, shape [3]."""
+def tool_axis(tool: Tool, scene: Setup) -> np.ndarray:
+    """Direction along which a tool's displacement and force are reported, shape [3].
+
+    That of its force or of its way; for one that stands still, vertical towards the plies. So a
+    force above zero always presses.
+    """
     if isinstance(tool.motion, Float):
         return np.asarray(tool.motion.axis)
     if isinstance(tool.motion, Stroke | Path):
@@ -24,7 +29,9 @@ def tool_axis(tool: Tool) -> np.ndarray:
         travel = ends[1] - ends[0]
         if np.linalg.norm(travel) > 0.0:
             return travel / np.linalg.norm(travel)
-    return np.array([0.0, 0.0, 1.0])
+    heights = [ply.z for ply in scene.plies]
+    above = tool.vertices[:, 2].min() + tool.vertices[:, 2].max() > min(heights) + max(heights)
+    return np.array([0.0, 0.0, -1.0 if above else 1.0])
 
 
 def history_row(
@@ -52,7 +59,7 @@ def history_row(
     row = {"time_s": time, "loading_time_s": loading_time}
     shift, impulse = state.tools.shift.numpy(), state.tools.impulse.numpy()
     for k, tool in enumerate(model.scene.tools):
-        axis = tool_axis(tool)
+        axis = tool_axis(tool, model.scene)
         row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
     row.update(_clamp_entries(model, state, loading_time, steps, before))

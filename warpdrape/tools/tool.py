@@ -82,6 +82,13 @@ class Tool:
         normals = self.surface.normals @ matrix[:3, :3].T
         return replace(self, surface=replace(self.surface, mesh=mesh, normals=normals))
 
+    def flipped(self) -> Tool:
+        """Return the tool with its facets facing the other way."""
+        mesh = self.surface.mesh
+        turned = trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
+        normals = -self.surface.normals[:, ::-1]
+        return replace(self, surface=replace(self.surface, mesh=turned, normals=normals))
+
     @classmethod
     def from_mesh(
         cls,
@@ -92,6 +99,10 @@ class Tool:
         **options,
     ) -> Tool:
         """Make a tool from a mesh file or a trimesh; its facets' outside meets the plies.
+
+        Facets that differ in sense from their neighbours are turned, with a warning, and those of
+        closed solids outward. An open surface that faces away from the plies as a whole is refused
+        when the run starts; see `flipped`.
 
         Args:
             name: how results call it.

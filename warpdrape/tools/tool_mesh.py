@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 
 import numpy as np
 import trimesh
 
 from warpdrape.errors import InputError, positive
+from warpdrape.tools.orientation import oriented, without_doubles
 from warpdrape.tools.profile import Surface
 
 CREASE = math.radians(35.0)
@@ -22,6 +24,8 @@ def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: 
         name: of the tool, for errors.
         source: file that trimesh reads, or a mesh.
         scale: metres per unit of the file.
+
+    Facets are made to face one way, those of closed solids outward.
 
     Raises:
         InputError: if the file is missing, unreadable, empty or holds NaN.
@@ -37,7 +41,21 @@ def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: 
     mesh.update_faces(mesh.nondegenerate_faces())
     if len(mesh.faces) == 0:
         raise InputError(f"tool {name!r}: all facets of its mesh have zero area")
+    mesh = _of_one_sense(name, mesh)
     return Surface(mesh, creased_normals(mesh), exact=False)
+
+
+def _of_one_sense(name: str, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The mesh with each facet once and all facing one way; says what had to be turned."""
+    points, facets = np.asarray(mesh.vertices), without_doubles(np.asarray(mesh.faces))
+    facets, turned = oriented(points, facets)
+    if turned.any():
+        warnings.warn(
+            f"tool {name!r}: {np.count_nonzero(turned)} of {len(facets)} facets faced the other "
+            "way and were turned",
+            stacklevel=4,
+        )
+    return trimesh.Trimesh(points, facets, process=False)
 
 
 def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:

@@ -1,0 +1,98 @@
+"""Tools as files come: facets of mixed sense, inside out, twice; and in another unit."""
+
+import warnings
+
+import numpy as np
+import pytest
+import trimesh
+
+from warpdrape import Float, InputError, Ply, Scene, Still, Stroke, Tool
+from warpdrape.tools.orientation import oriented, without_doubles
+
+PUNCH = Tool.punch(radius=0.03, facet=5e-3)
+SHEET = Ply.rectangle("sheet", "carbon_interlock", 0.1, cells=4, mesh="grid")
+OUTSIDE = (0.0, 0.0, 0.001)
+
+
+def mesh_of(tool):
+    return np.array(tool.vertices), np.array(tool.triangles)
+
+
+def some_turned(facets, share=0.3):
+    turned = np.random.default_rng(0).random(len(facets)) < share
+    return np.where(turned[:, None], facets[:, ::-1], facets), turned
+
+
+def run(tool, **changes):
+    motion = Stroke(travel=(0, 0, -0.001), duration=1e-3)
+    changes = {"plies": [SHEET], "duration": 1e-3, "gravity": (0, 0, 0)} | changes
+    tool = Tool(name="punch", surface=tool.surface, motion=motion)
+    return Scene(name="file", tools=[tool.moved(OUTSIDE)], **changes).run(frames=1, quiet=True)
+
+
+def test_facets_of_mixed_sense_are_turned_like_the_most():
+    points, facets = mesh_of(PUNCH)
+    mixed, turned = some_turned(facets)
+    with pytest.warns(UserWarning, match=rf"{turned.sum()} of {len(facets)} facets faced the oth"):
+        tool = Tool.from_mesh("punch", trimesh.Trimesh(points, mixed, process=False))
+    plain = Tool.from_mesh("punch", trimesh.Trimesh(points, facets, process=False))
+    np.testing.assert_array_equal(np.sort(tool.triangles), np.sort(plain.triangles))
+    np.testing.assert_allclose(tool.surface.mesh.face_normals, plain.surface.mesh.face_normals)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 0.9, 1.0])
+def test_closed_solids_are_turned_outward(share):
+    ball, box = trimesh.creation.icosphere(2, 0.02), trimesh.creation.box((0.01, 0.02, 0.03))
+    box.apply_translation((0.1, 0.0, 0.0))
+    both = trimesh.util.concatenate([ball, box])
+    mixed, turned = some_turned(np.asarray(both.faces), share)
+    found, back = oriented(np.asarray(both.vertices), mixed)
+    np.testing.assert_array_equal(back, turned)
+    np.testing.assert_array_equal(found, both.faces)
+
+
+def test_a_surface_with_each_facet_twice_is_made_one():
+    points, facets = mesh_of(PUNCH)
+    double = np.concatenate([facets, facets[:, ::-1]])
+    np.testing.assert_array_equal(without_doubles(double), facets)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tool = Tool.from_mesh("punch", trimesh.Trimesh(points, double, process=False))
+    assert len(tool.triangles) == len(facets)
+
+
+def test_an_open_surface_inside_out_is_refused_and_flipping_it_cures_it():
+    points, facets = mesh_of(PUNCH)
+    inverted = Tool.from_mesh("punch", trimesh.Trimesh(points, facets[:, ::-1], process=False))
+    with pytest.raises(InputError, match=r"face away from ply 'sheet': take tool.flipped()"):
+        run(inverted)
+    assert run(inverted.flipped()).completed
+    again = inverted.flipped().flipped()
+    np.testing.assert_array_equal(again.surface.normals, inverted.surface.normals)
+    np.testing.assert_array_equal(again.triangles, inverted.triangles)
+
+
+@pytest.mark.parametrize(("scale", "across"), [(1e3, "60 m"), (1e-4, "6e-06 m")])
+def test_a_tool_in_another_unit_is_refused(scale, across):
+    points, facets = mesh_of(PUNCH)
+    mesh = trimesh.Trimesh(points * scale, facets, process=False)
+    with pytest.raises(InputError, match=f"'punch' is {across} across.*scale=1e-3 for milli"):
+        run(Tool.from_mesh("punch", mesh))
+    assert run(Tool.from_mesh("punch", mesh, scale=1.0 / scale)).completed
+
+
+def test_a_still_holder_presses_as_a_floating_one_does():
+    def force(motion):
+        holder = Tool.plate("holder", width=0.2, height=0.2, facing="down", motion=motion)
+        lower = Tool.plate("table", width=0.2, height=0.2)
+        half = 0.5 * SHEET.fabric.thickness
+        gap = half - 2e-6  # pressed by contact's own softness
+        tools = [holder.moved((0, 0, gap)), lower.moved((0, 0, -half))]
+        scene = Scene(name="held", plies=[SHEET], tools=tools, duration=0.02)
+        history = scene.run(frames=4, quiet=True).history
+        return history["holder_force_n"][-1], history["table_force_n"][-1]
+
+    floating, table = force(Float(force=50.0))
+    assert floating == pytest.approx(50.0, rel=0.05) and table > 45.0
+    still, table = force(Still())
+    assert still > 0.1 and table > 0.1
