@@ -22,7 +22,7 @@ LARGEST_PLY = 50.0
 """Width beyond which a ply must have been given in millimetres [m]."""
 LONGEST_WAY = 20.0
 """Way of a tool over the plies' width beyond which it must have been [-]."""
-LARGEST_TOOL, SMALLEST_TOOL = 50.0, 1e-3
+LARGEST_TOOL, SMALLEST_TOOL = 200.0, 1e-3
 """Width of a tool over the plies' beyond, and below, which its file must have another unit [-]."""
 
 

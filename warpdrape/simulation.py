@@ -26,6 +26,7 @@ from warpdrape.dynamics.start_check import (
     check_clamps,
     check_contacts,
     check_loading,
+    check_sheets,
     check_steps,
     check_tools,
 )
@@ -62,6 +63,7 @@ def run_scene(
     triangles = sum(len(ply.mesh.triangles) for ply in scene.plies)
     threads = choose_threads(threads, device, triangles)
     folder = None if out is None else RunFolder(out, overwrite)
+    check_sheets(scene)
     check_tools(scene)
     check_clamps(scene)
     check_loading(scene)
@@ -73,6 +75,7 @@ def run_scene(
     recorder = Recorder(model, folder, loading, threads=threads, profile=profile)
     try:
         with Progress(scene.duration, quiet=quiet) as progress:
+            progress.say(f"{model.timing.steps:,} steps of {1e6 * model.timing.time_step:.3g} µs")
             failure = _march(model, state, threads, loading, recorder, progress)
     except Exception as error:  # a fault of ours: keep the frames, then let it be seen
         recorder.finish(f"stopped by an unexpected {type(error).__name__}: {error}")
@@ -92,9 +95,10 @@ def _march(
     try:
         with closing(Stepper(model, state, threads)) as stepper:
             recorder.record(state, 0)
+            words = ""
             for frame in range(1, model.timing.frames + 1):
                 with recorder.profile.timed("stepping"):
-                    _step_frame(model, state, stepper, loading, frame, recorder)
+                    _step_frame(model, state, stepper, loading, frame, recorder, progress, words)
                 recorder.profile.sample(state, frame, recorder.steps)
                 row = recorder.record(state, frame)
                 words = f"max shear {row['max_shear_deg']:.1f}°"
@@ -107,16 +111,29 @@ def _march(
 
 
 def _step_frame(
-    model: Model, state: State, stepper: Stepper, loading: Loading, frame: int, recorder: Recorder
+    model: Model,
+    state: State,
+    stepper: Stepper,
+    loading: Loading,
+    frame: int,
+    recorder: Recorder,
+    progress: Progress,
+    words: str,
 ) -> None:
-    """Do the steps that lead to a frame; raise `RunFailed` if a vertex runs away."""
+    """Do the steps that lead to a frame; raise `RunFailed` if a vertex runs away.
+
+    ``words`` go with the progress, which is shown between frames too.
+    """
     timing = model.timing
     while not loading.come_to(frame):
         times = loading.stretch(frame)
         stepper.begin(times)
+        done = 0
         for _ in range((len(times) - 1) // timing.search_every):
             stepper.block()
             recorder.steps += timing.search_every
+            done += timing.search_every
+            progress.update(float(times[done]), words, steps=recorder.steps)
             vertex = int(state.plies.runaway.numpy()[0])
             if vertex >= 0:
                 when = recorder.steps * timing.time_step

@@ -38,7 +38,7 @@ class FlatMesh:
         triangles: vertex indices, shape [triangle, 3]; clockwise ones are turned round.
 
     Raises:
-        InputError: where `check_mesh` finds a fault.
+        InputError: where `check_mesh` finds a fault; a run also asks `check_one_sheet`.
     """
 
     vertices: NDArray[np.float64]

@@ -152,18 +152,28 @@ def enclosed(points: Points, segments: NDArray[np.float64]) -> NDArray[np.bool_]
         points: positions [m], shape [point, 2].
         segments: closed loops [m], shape [segment, 2 ends, 2], in any order and sense.
     """
+    return windings(points, segments) % 2 == 1
+
+
+def windings(points: Points, segments: NDArray[np.float64]) -> NDArray[np.int64]:
+    """How often closed loops go round each point, counter-clockwise; shape [point].
+
+    Args:
+        points: positions [m], shape [point, 2].
+        segments: of the loops [m], shape [segment, 2 ends, 2], in any order.
+    """
     lower, upper = segments[:, 0], segments[:, 1]
     swap = lower[:, 1] > upper[:, 1]
     lower, upper = np.where(swap[:, None], upper, lower), np.where(swap[:, None], lower, upper)
-    run = upper - lower
-    odd = np.zeros(len(points), bool)
+    run, up = upper - lower, np.where(swap, -1, 1)
+    times = np.zeros(len(points), np.int64)
     step = max(1, 2_000_000 // len(segments))
     for start in range(0, len(points), step):
         x, y = points[start : start + step, :, None].transpose(1, 0, 2)
         spans = (lower[:, 1] <= y) & (y < upper[:, 1])
         right = run[:, 0] * (y - lower[:, 1]) > run[:, 1] * (x - lower[:, 0])
-        odd[start : start + step] = np.count_nonzero(spans & right, axis=1) % 2 == 1
-    return odd
+        times[start : start + step] = (spans & right) @ up
+    return times
 
 
 def _divide(corners: Points, edge: float) -> Points:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from warpdrape.blanks.one_sheet import check_one_sheet
 from warpdrape.blanks.outlines import enclosed
 from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.energy import measure
@@ -23,6 +24,19 @@ MOST_STEPS = 1_000_000_000
 """Steps beyond which a run is a mistake in a unit: more than a day for a single ply."""
 
 
+def check_sheets(scene: Setup) -> None:
+    """Refuse plies whose meshes are torn or lie on themselves.
+
+    Raises:
+        InputError: naming the ply and the place.
+    """
+    for ply in scene.plies:
+        try:
+            check_one_sheet(np.asarray(ply.mesh.vertices), ply.mesh.boundary_edges)
+        except InputError as fault:
+            raise InputError(f"ply {ply.name!r}: {fault}") from None
+
+
 def check_tools(scene: Setup) -> None:
     """Refuse tools that reach into a flat ply, or that hold one inside.
 
@@ -32,10 +46,10 @@ def check_tools(scene: Setup) -> None:
     for tool in scene.tools:
         start = np.zeros(3) if isinstance(tool.motion, Float) else tool.motion.displacement(0.0)
         points = tool.vertices + start
-        _refuse_facing_away(tool, points, scene.plies)
         for ply in scene.plies:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
+        _refuse_facing_away(tool, points, scene.plies)
 
 
 def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) -> None:
@@ -68,6 +82,10 @@ MOMENTS = 101
 LIGHTEST_TOOL = 0.1
 """Least mass of a floating tool over that of all plies [-]: the penalties of all their vertices act
 on it, each a share of the vertex's own m/Δt²."""
+
+
+MOST_COSTLY = 20.0
+"""Times by which one triangle may shorten the step that half of a ply's triangles need [-]."""
 
 
 def check_clamps(scene: Setup) -> None:
@@ -116,7 +134,9 @@ def check_loading(scene: Setup) -> None:
 
 
 def check_steps(model: Model) -> None:
-    """Refuse a run that would never end, or whose floating tools its contacts would shake apart.
+    """Refuse a run that one triangle makes many times longer, or that would never end.
+
+    Likewise one whose floating tools its contacts would shake apart.
 
     Raises:
         InputError: with the number of steps, or the least mass of the tool.
@@ -129,6 +149,17 @@ def check_steps(model: Model) -> None:
                 f"tool {tool.name!r}: mass = {tool.motion.mass:.4g} kg is too light to float on "
                 f"these plies: give it {least:.4g} kg or more"
             )
+    number, triangle, shorter = model.masses.dictator
+    if shorter > MOST_COSTLY:
+        ply = scene.plies[number]
+        x, y = 1e3 * np.asarray(ply.mesh.vertices)[ply.mesh.triangles[triangle]].mean(axis=0)
+        raise InputError(
+            f"ply {ply.name!r}: triangle {triangle} at ({x:.4g}, {y:.4g}) mm, "
+            f"{1e3 * ply.mesh.heights[triangle]:.2g} mm high, makes the step {shorter:.3g} times "
+            f"shorter than half of the triangles need, {timing.steps:.2g} steps in all: mesh it "
+            "anew, or add mass to such triangles with minimum_time_step = "
+            f"{shorter * timing.time_step:.2g} s"
+        )
     if timing.steps > MOST_STEPS:
         raise InputError(
             f"duration = {scene.duration:.4g} s takes {timing.steps:.2g} steps of "

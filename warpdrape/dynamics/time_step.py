@@ -24,12 +24,15 @@ class LumpedMass:
         added: share of it that plain mass scaling added [kg], shape [vertex].
         scaling: polynomial of selective mass scaling, of order 1 without.
         stable_step: largest stable step [s], contact included.
+        dictator: ply and triangle that bound the step most, by number, and how many times shorter
+            it is than half of that ply's triangles need.
     """
 
     mass: np.ndarray
     added: np.ndarray
     scaling: Polynomial
     stable_step: float
+    dictator: tuple[int, int, float]
 
 
 def stable_step(highest: float, taken: float) -> float:
@@ -59,7 +62,7 @@ def lump_masses(scene: Setup) -> LumpedMass:
         share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step
         allowed = share**2
     selective = numerics.mass_scaling == "selective"
-    masses, added, highest, unscaled = [], [], 0.0, 0.0
+    masses, added, highest, unscaled, dictator = [], [], 0.0, 0.0, (0, 0, 1.0)
     for number, ply in enumerate(scene.plies):
         by_force = frequencies(scene, number)
         frequency = by_force.sum(axis=0)
@@ -71,7 +74,11 @@ def lump_masses(scene: Setup) -> LumpedMass:
         total = np.bincount(vertex.ravel(), np.repeat(third * scale, 3), count)
         masses.append(total)
         added.append(total - np.bincount(vertex.ravel(), np.repeat(third, 3), count))
-        highest = max(highest, float((frequency / scale).max()))
+        scaled = frequency / scale
+        if scaled.max() > highest:
+            highest = float(scaled.max())
+            shorter = math.sqrt(highest / np.median(scaled))
+            dictator = (number, int(np.argmax(scaled)), shorter)
         unscaled = max(unscaled, float(by_force[1:].sum(axis=0).max()))
     scaling = Polynomial(1)
     if selective and scene.clamps:
@@ -93,4 +100,5 @@ def lump_masses(scene: Setup) -> LumpedMass:
         np.concatenate(added),
         scaling,
         stable_step(highest, taken),
+        dictator,
     )

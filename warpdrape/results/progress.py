@@ -15,6 +15,8 @@ DRAW_EVERY_S = 0.1
 """Seconds between drawings of the bar."""
 WINDOW_S = 30.0
 """Seconds of the past from which the speed is taken: contact makes a run slower as it goes."""
+NOTE_EVERY_S = 0.05
+"""Least seconds between two notes of the time reached, from which the speed is taken."""
 _BAR_CELLS = 24
 
 
@@ -48,6 +50,12 @@ class Progress:
         self._drawn = 0
         self._past = deque([(self._start, 0.0, 0)])
 
+    def say(self, text: str) -> None:
+        """Write a line of its own, before the first update."""
+        if not self._quiet:
+            self._stream.write(text + "\n")
+            self._stream.flush()
+
     def update(self, simulated_s: float, text: str = "", *, steps: int | None = None) -> None:
         """Take note of the time reached, and show it when it is due.
 
@@ -60,7 +68,8 @@ class Progress:
             return
         now = self._clock()
         self._simulated_s, self._text, self._steps = simulated_s, text, steps
-        self._past.append((now, simulated_s, steps or 0))
+        if len(self._past) < 2 or now - self._past[-1][0] >= NOTE_EVERY_S:
+            self._past.append((now, simulated_s, steps or 0))
         while len(self._past) > 2 and self._past[1][0] <= now - WINDOW_S:
             self._past.popleft()
         if now - self._shown >= (DRAW_EVERY_S if self._bar else LINE_EVERY_S):
