@@ -63,9 +63,7 @@ def test_a_seam_that_only_looks_joined_is_refused_and_an_open_cut_is_not():
 
 @pytest.mark.parametrize("shift", [(-0.03, 0.001), (-0.003, 0.002), (-0.05, 0.0)])
 def test_a_sheet_on_itself_is_refused(shift):
-    with pytest.raises(
-        InputError, match=r"'mine': the mesh lies on itself at .* one sheet"
-    ):
+    with pytest.raises(InputError, match=r"'mine': the mesh lies on itself at .* one sheet"):
         sheet(*halves(shift))
 
 

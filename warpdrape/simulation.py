@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.contact.passages import Passages
 from warpdrape.dynamics.crew import choose_threads
 from warpdrape.dynamics.energy import (
     Energies,
@@ -178,6 +179,7 @@ class Recorder:
         self.profile = Profile(model, sampling=profile)
         self._profiled = profile
         self._model, self._folder = model, folder
+        self._passages = Passages(model.scene, model.spans, model.device)
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
@@ -228,6 +230,7 @@ class Recorder:
         now, steps = loading.simulated, self.steps - self._steps_before
         plies = read_plies(model, state, of_forces(model, measured))
         self._refuse_nonsense(plies, now)
+        self._refuse_passage(state, now)
         self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, before)
@@ -269,6 +272,22 @@ class Recorder:
                 f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
                 "nowhere; lower safety or contact_share, or refine the tools"
             )
+
+    def _refuse_passage(self, state: State, now: float) -> None:
+        """Raise `RunFailed` where a tool has passed through a ply between its vertices."""
+        found = self._passages.deepest(state)
+        if found is None:
+            return
+        scene = self._model.scene
+        ply, tool = scene.plies[found.ply], scene.tools[found.tool]
+        x, y = 1e3 * ply.rest_points[ply.mesh.triangles[found.triangle]].mean(axis=0)[:2]
+        raise RunFailed(
+            f"tool {tool.name!r} passed through ply {ply.name!r} by {1e3 * now:.4g} ms: it reaches "
+            f"{1e3 * found.depth:.3g} mm or more beyond triangle {found.triangle}, at ({x:.4g}, "
+            f"{y:.4g}) mm of the flat ply; tools meet vertices, and there these lie "
+            f"{1e3 * found.side:.3g} mm apart: refine the ply to the size of the tool's tip or "
+            "edge, or round the tool"
+        )
 
     def finish(self, failure: str) -> Result:
         """Close the files and say how it went; ``failure`` is empty where it went well.

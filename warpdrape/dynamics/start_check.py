@@ -9,6 +9,7 @@ import numpy as np
 from warpdrape.blanks.one_sheet import check_one_sheet
 from warpdrape.blanks.outlines import enclosed
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact.passages import longest_sides
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.stepping import Stepper, search_contacts
@@ -50,6 +51,26 @@ def check_tools(scene: Setup) -> None:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
         _refuse_facing_away(tool, points, scene.plies)
+        for ply in scene.plies:
+            _refuse_finer(tool, points, ply)
+
+
+def _refuse_finer(tool: Tool, points: np.ndarray, ply: Ply) -> None:
+    """Raise `InputError` for a pin or bar that would pass between the vertices of a ply unfelt.
+
+    Its second longest principal dimension is what the vertices must not miss.
+    """
+    middle = tool.vertices.mean(axis=0)
+    axes = np.linalg.svd(tool.vertices - middle, full_matrices=False)[2]
+    thick = float(np.sort(np.ptp(tool.vertices @ axes.T, axis=0))[1])
+    sides = longest_sides(ply.rest_points, ply.mesh.triangles)
+    side = float(np.median(sides))
+    if 0.0 < thick < MISSED * side and _over(ply, points).any():
+        raise InputError(
+            f"tool {tool.name!r} is {1e3 * thick:.3g} mm thick and would pass between the vertices "
+            f"of ply {ply.name!r}, {1e3 * side:.3g} mm apart, which alone feel tools: give "
+            f"triangles with sides of {1e3 * thick:.3g} mm or less"
+        )
 
 
 def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) -> None:
@@ -73,6 +94,8 @@ def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) ->
             )
 
 
+MISSED = 0.5
+"""Thickness of a tool over the sides of triangles below which their vertices miss it [-]."""
 FACING = 0.5
 """Share of an open tool's area, seen from the plies, beyond which the side it shows tells [-]."""
 CLAMP_TOLERANCE = 1e-9

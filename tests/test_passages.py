@@ -1,0 +1,68 @@
+"""A tool finer than a ply's mesh is refused, or fails the run where it has passed through."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from warpdrape import InputError, Ply, Scene, Stroke, Tool
+from warpdrape.contact.passages import Passages
+from warpdrape.dynamics.model import build_model, initial_state
+
+HALF = 0.3e-3
+
+
+def pressed(mesh, travel, edge=0.03, at=(0.013, 0.007)):
+    """A tool that starts 0.1 mm above a sheet held by a ring, and is pressed down."""
+    sheet = Ply.rectangle("sheet", "carbon_interlock", 0.24, edge=edge, mesh="grid")
+    low = mesh.vertices[:, 2].min()
+    motion = Stroke(travel=(0.0, 0.0, -travel), duration=0.03)
+    pin = Tool.from_mesh("pin", mesh, motion=motion).moved((*at, HALF + 1e-4 - low))
+    ring = Tool.die(hole_radius=0.09, edge_radius=0.01, outer_radius=0.2).moved((0, 0, -HALF))
+    return Scene(name="pin", plies=[sheet], tools=[pin, ring], duration=0.03)
+
+
+def nail():
+    """A pin under a wide head."""
+    pin = trimesh.creation.cylinder(3e-3, 0.05)
+    head = trimesh.creation.cylinder(0.04, 0.01)
+    head.apply_translation((0.0, 0.0, 0.03))
+    return trimesh.util.concatenate([pin, head])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_a_pin_that_would_pass_unfelt_is_refused_and_the_advice_cures_it(angle):
+    pin = trimesh.creation.cylinder(6e-3, 0.1)
+    pin.apply_transform(trimesh.transformations.rotation_matrix(angle, (1.0, 1.0, 0.0)))
+    with pytest.raises(InputError, match=r"'pin' is 12 mm thick .* ply 'sheet', .* of 12 mm or l"):
+        pressed(pin, 0.02).run(frames=4, quiet=True)
+    felt = pressed(pin, 0.01, edge=0.011).run(frames=4, quiet=True)
+    assert felt.completed
+    assert felt.plies[0].points[:, 2].min() < -7e-3  # pushed down
+    assert felt.summary["tools"][0]["max_force_n"] > 0.01
+
+
+def test_a_pin_of_a_wide_tool_that_passes_through_fails_the_run_with_the_place():
+    result = pressed(nail(), 0.04).run(frames=12, quiet=True)
+    assert result.summary["status"] == "failed"
+    message = result.summary["message"]
+    assert message.startswith("tool 'pin' passed through ply 'sheet' by ")
+    assert "refine the ply to the size of the tool's tip" in message
+    assert len(result.history["time_s"]) >= 2  # what was good is kept
+
+
+def test_depth_is_that_of_the_tip_beyond_the_sheet(device):
+    ball = trimesh.creation.icosphere(4, 0.03)
+    scene = pressed(ball, 0.06, edge=0.012, at=(0.0, 0.0))
+    model = build_model(scene, device, 4)
+    state = initial_state(model)
+    sought = Passages(scene, model.spans, device)
+    assert sought.deepest(state) is None
+    for depth, seen in ((0.006, False), (0.01, True)):
+        shift = np.zeros((2, 3))
+        shift[0, 2] = -(depth + HALF + 1e-4)
+        state.tools.shift.assign(shift)
+        found = sought.deepest(state)
+        assert (found is not None) == seen
+    assert (found.tool, found.ply) == (0, 0)
+    assert found.depth == pytest.approx(0.01, abs=2e-4)
+    assert found.side == pytest.approx(0.012, rel=1e-6)
