@@ -96,3 +96,18 @@ def test_a_still_holder_presses_as_a_floating_one_does():
     assert floating == pytest.approx(50.0, rel=0.05) and table > 45.0
     still, table = force(Still())
     assert still > 0.1 and table > 0.1
+
+
+def test_tools_and_plies_that_met_nothing_are_named():
+    half = 0.5 * SHEET.fabric.thickness
+    table = Tool.plate("table", width=0.2, height=0.2).moved((0.0, 0.0, -half))
+    away = Stroke(travel=(0, 0, -0.01), duration=0.01)
+    punch = Tool.punch(radius=0.03, motion=away).moved((0.5, 0.0, 0.02))
+    astray = Ply.rectangle("astray", "carbon_interlock", 0.05, cells=2, mesh="grid", z=-0.1)
+    scene = Scene(name="met", plies=[astray, SHEET], tools=[table, punch], duration=0.01)
+    result = scene.run(frames=2, quiet=True)
+    named = [text for text in result.summary["warnings"] if "touched" in text]
+    assert len(named) == 2
+    assert named[0].startswith("tool 'punch' never touched a ply: look at where it stands")
+    assert named[1].startswith("ply 'astray' was neither held nor touched")
+    assert not any("lengthen the duration" in text for text in result.summary["warnings"])

@@ -119,6 +119,11 @@ class Setup:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
+            if low.z - high.z >= need:
+                raise InputError(
+                    f"ply {high.name!r} lies {low.z - high.z:.4g} m below {low.name!r} and comes "
+                    "after it: list plies from the bottom up"
+                )
             if high.z - low.z < need * (1.0 - 1e-9):
                 raise InputError(
                     f"plies {low.name!r} and {high.name!r} overlap at the start: "

@@ -162,6 +162,17 @@ def place(model: Model, vertex: int) -> str:
     raise IndexError(f"no ply has vertex {vertex}")
 
 
+def loose_plies(model: Model, state: State) -> tuple[str, ...]:
+    """Names of the plies that nothing has held or touched so far: contact always loses energy."""
+    touched = state.plies.lost.numpy()[:, :2].any(axis=1)
+    held = {clamp.ply for clamp in model.scene.clamps}
+    return tuple(
+        ply.name
+        for ply, span in zip(model.scene.plies, model.spans, strict=True)
+        if ply.name not in held and not touched[span.vertices].any()
+    )
+
+
 class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes."""
 
@@ -183,7 +194,7 @@ class Recorder:
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
-        self._grown = 0.0
+        self._grown, self._loose = 0.0, ()
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -242,6 +253,7 @@ class Recorder:
         self._rows.append(row)
         self._steps_before = self.steps
         self._plies, self._measured = plies, measured
+        self._loose = loose_plies(model, state)
         return row
 
     def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
@@ -310,6 +322,7 @@ class Recorder:
             self._loading,
             failure=failure,
             grown=self._grown,
+            loose=self._loose,
             steps=self.steps,
             wall=wall,
         )

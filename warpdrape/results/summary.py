@@ -64,6 +64,7 @@ def summarise(
     *,
     failure: str,
     grown: float = 0.0,
+    loose: Sequence[str] = (),
     steps: int,
     wall: float,
 ) -> dict[str, Any]:
@@ -78,6 +79,7 @@ def summarise(
         loading: the clock of the motions.
         failure: why the run stopped early, empty if it did not.
         grown: share of energy that came from nowhere after the last good frame [-], if it did.
+        loose: names of the plies that nothing has held or touched.
         steps: steps done.
         wall: time they took [s].
     """
@@ -92,7 +94,8 @@ def summarise(
     warnings = []
     if ENERGY_WARNING < error <= ENERGY_FAILURE:
         warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
-    if not calm and not failure:
+    warnings += untouched(model, history, loose)
+    if not calm and not failure and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = {name: found for each in measured for name, found in each.entries.items()}
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
@@ -137,6 +140,21 @@ def summarise(
         "interfaces": contacts.get("interfaces", []),
         "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
     }
+
+
+def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[str]) -> list[str]:
+    """Warnings of tools and plies that met nothing: most likely they stand in the wrong place."""
+    found = [
+        f"tool {tool.name!r} never touched a ply: look at where it stands and how far it moves"
+        for tool in model.scene.tools
+        if not history[f"{tool.name}_force_n"].any()
+    ]
+    if model.scene.tools:
+        found += [
+            f"ply {name!r} was neither held nor touched by anything: look at where it lies"
+            for name in loose
+        ]
+    return found
 
 
 def _tool_entry(name: str, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
