@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.contact.passages import Passages
+from warpdrape.contact.squeeze import worst_squeeze
 from warpdrape.dynamics.crew import choose_threads
 from warpdrape.dynamics.energy import (
     Energies,
@@ -173,6 +174,10 @@ def loose_plies(model: Model, state: State) -> tuple[str, ...]:
     )
 
 
+SQUEEZED = 0.05
+"""Share of its thickness by which a ply is squeezed between tools before that is said [-]."""
+
+
 class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes."""
 
@@ -195,6 +200,7 @@ class Recorder:
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
         self._grown, self._loose = 0.0, ()
+        self._squeeze, self._squeezed_words = None, ""
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -242,6 +248,7 @@ class Recorder:
         plies = read_plies(model, state, of_forces(model, measured))
         self._refuse_nonsense(plies, now)
         self._refuse_passage(state, now)
+        self._note_squeeze(state, now)
         self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, before)
@@ -279,11 +286,30 @@ class Recorder:
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
             self._grown = energies.unbalanced / scale
             fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
+            if self._squeeze is not None:
+                raise RunFailed(self._squeezed_words)
             raise RunFailed(
                 f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
                 f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
                 "nowhere; lower safety or contact_share, or refine the tools"
             )
+
+    def _note_squeeze(self, state: State, now: float) -> None:
+        """Keep the deepest squeeze of the run, in words."""
+        model = self._model
+        found = worst_squeeze(model.interactions, state)
+        least = SQUEEZED if self._squeeze is None else self._squeeze.share
+        if found is None or not least < found.share:
+            return
+        one, other = (model.scene.tools[tool].name for tool in found.tools)
+        x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
+        self._squeeze = found
+        self._squeezed_words = (
+            f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
+            f"{1e3 * found.depth:.3g} mm below its thickness of {1e3 * found.thickness:.3g} mm at "
+            f"{1e3 * now:.4g} ms, ({x:.4g}, {y:.4g}) mm: their force there is that of the "
+            "contact's numerical stiffness; leave the ply its thickness between them"
+        )
 
     def _refuse_passage(self, state: State, now: float) -> None:
         """Raise `RunFailed` where a tool has passed through a ply between its vertices."""
@@ -323,6 +349,7 @@ class Recorder:
             failure=failure,
             grown=self._grown,
             loose=self._loose,
+            squeezed=self._squeezed_words,
             steps=self.steps,
             wall=wall,
         )

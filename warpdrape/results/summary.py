@@ -65,6 +65,7 @@ def summarise(
     failure: str,
     grown: float = 0.0,
     loose: Sequence[str] = (),
+    squeezed: str = "",
     steps: int,
     wall: float,
 ) -> dict[str, Any]:
@@ -80,6 +81,7 @@ def summarise(
         failure: why the run stopped early, empty if it did not.
         grown: share of energy that came from nowhere after the last good frame [-], if it did.
         loose: names of the plies that nothing has held or touched.
+        squeezed: where two tools are closest to each other in a ply, in words, if they are.
         steps: steps done.
         wall: time they took [s].
     """
@@ -94,6 +96,8 @@ def summarise(
     warnings = []
     if ENERGY_WARNING < error <= ENERGY_FAILURE:
         warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
+    if squeezed and not failure:
+        warnings.append(squeezed)
     warnings += untouched(model, history, loose)
     if not calm and not failure and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
