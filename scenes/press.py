@@ -36,6 +36,7 @@ def hemisphere_tools(
     parameters: Mapping[str, Any],
     friction: float,
     ply_friction: float = 0.3,
+    die_radius: float = DIE_RADIUS,
 ) -> Scene:
     """Put plies on the die, from the bottom up, and the other tools on them.
 
@@ -46,6 +47,7 @@ def hemisphere_tools(
             brake, kinetic_limit, minimum_time_step, mass_scaling and fast are used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
+        die_radius: of the die's hole [m].
     """
     plies = lay_up(plies)
     top = stack_top(plies)
@@ -59,9 +61,10 @@ def hemisphere_tools(
     )
     press = Float(force=parameters["holder_force"], mass=HOLDER_MASS, ramp=FORCE_RAMP * duration)
     ring = {"outer_radius": RING_RADIUS, "facet": facet}
-    die = Tool.die(hole_radius=DIE_RADIUS, edge_radius=DIE_EDGE, depth=60 * mm, **ring)
+    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
+    die = Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring)
     punch = Tool.punch(radius=PUNCH_RADIUS, facet=facet, motion=stroke)
-    holder = Tool.blank_holder(hole_radius=HOLDER_RADIUS, motion=press, **ring)
+    holder = Tool.blank_holder(hole_radius=holder_radius, motion=press, **ring)
     share = parameters["contact_share"]
     numerics = Numerics(contact_share=share)
     if parameters["fast"]:

@@ -5,7 +5,12 @@ import pytest
 from contact_oracle import heights, nearest_on_triangles
 
 from warpdrape.errors import InputError
-from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
+from warpdrape.scenes import (
+    circular_table,
+    hemisphere,
+    stacked_hemisphere,
+    three_ply_hemisphere,
+)
 
 THICKNESS = 6e-4
 DEEPEST = 5e-5  # 0.05 mm, more than 5 % of the ply thickness
@@ -149,3 +154,27 @@ def test_a_sheet_drapes_over_the_table_as_with_a_search_at_every_step():
 def test_contact_of_the_table_is_fast_or_exact():
     with pytest.raises(InputError, match="unknown contact 'slow'; known: exact, fast"):
         circular_table.build(cells=4, contact="slow")
+
+
+def test_a_stack_follows_its_layup_and_finds_room_in_the_die():
+    scene = stacked_hemisphere.build(layup="0/45/-45", cells=6, travel=0.02, duration=0.02)
+    angles = [np.degrees(ply.warp_angle) for ply in scene.plies]
+    np.testing.assert_allclose(angles, [0.0, 45.0, -45.0])
+    hole = np.linalg.norm(tool_named(scene, "die").vertices[:, :2], axis=1).min()
+    assert hole == pytest.approx(0.078)  # that of the reference press
+    result = scene.run(frames=4, quiet=True)
+    assert result.completed and result.summary["energy_error"] < 0.02
+    thick = stacked_hemisphere.build(cells=4)
+    assert len(thick.plies) == 8
+    hole = np.linalg.norm(tool_named(thick, "die").vertices[:, :2], axis=1).min()
+    assert hole == pytest.approx(0.075 + 1.5 * 8 * THICKNESS)
+
+
+@pytest.mark.parametrize("layup", ["", "0/x", "0,45", "0//45"])
+def test_a_layup_that_is_none_is_refused(layup):
+    with pytest.raises(InputError, match="must be angles in degrees with strokes between"):
+        stacked_hemisphere.build(layup=layup)
+
+
+def tool_named(scene, name):
+    return next(tool for tool in scene.tools if tool.name == name)

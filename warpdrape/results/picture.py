@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 WIDTH = 1600
 """Width of every picture [pixels]."""
+ABREAST = 4
+"""Most plies in a row of a picture of a stack."""
 _DPI = 160
 _SAMPLES = 2  # along each side of a pixel
 _LIGHT = np.array([-0.42, 0.62, 0.66])  # right, up, towards the viewer
@@ -121,7 +124,7 @@ def _draw(
 ) -> Path:
     surfaces = scene.tools if tools else []
     shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
-    width = int(0.84 * WIDTH / len(plies)) * _SAMPLES
+    width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
     camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
     images = [_render(ply, surfaces, camera, paint) for ply in plies]
     figure = _compose(images, plies, _note(scene, paint, camera), paint.top)
@@ -262,7 +265,7 @@ def _lay_over(
 def _compose(
     images: list[NDArray[np.float32]], plies: list[PlyView], note: str, top: float
 ) -> Figure:
-    """Set the images side by side, with their captions and one colour bar."""
+    """Set the images in rows, with their captions and one colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -271,18 +274,22 @@ def _compose(
 
     head, foot, pad = 118, 58, 20  # pixels
     tall, wide = images[0].shape[:2]
-    height = head + tall + foot
+    columns, rows = _grid(len(plies))
+    height = rows * (head + tall) + foot
     figure = Figure(figsize=(WIDTH / _DPI, height / _DPI), dpi=_DPI)
     FigureCanvasAgg(figure)
     for i, (image, ply) in enumerate(zip(images, plies, strict=True)):
-        left = pad + i * wide
-        axes = figure.add_axes((left / WIDTH, foot / height, wide / WIDTH, tall / height))
+        row, column = divmod(i, columns)
+        left, top_edge = pad + column * wide, height - row * (head + tall)
+        bottom = (top_edge - head - tall) / height
+        axes = figure.add_axes((left / WIDTH, bottom, wide / WIDTH, tall / height))
         axes.imshow(image, interpolation="none", aspect="auto")
         axes.set_axis_off()
         text = (left + pad) / WIDTH
-        figure.text(text, 1 - 30 / height, ply.name, size=13, weight="bold", color=_INK, va="top")
+        name_at, shear_at = (top_edge - 30) / height, (top_edge - 74) / height
+        figure.text(text, name_at, ply.name, size=13, weight="bold", color=_INK, va="top")
         shear = _shear_text(ply, short=len(plies) > 1)
-        figure.text(text, 1 - 74 / height, shear, size=9.5, color=_FAINT, va="top")
+        figure.text(text, shear_at, shear, size=9.5, color=_FAINT, va="top")
     figure.text(2 * pad / WIDTH, 22 / height, note, size=8.5, color=_FAINT)
     long = min(0.7 * tall, 620) / height
     middle = (foot + 0.5 * tall) / height
@@ -294,6 +301,12 @@ def _compose(
     scale.ax.tick_params(length=0, labelsize=9, colors=_INK, pad=5)
     scale.ax.set_title("shear angle", size=9, color=_INK, pad=12)
     return figure
+
+
+def _grid(count: int) -> tuple[int, int]:
+    """Columns and rows in which so many plies are shown."""
+    rows = math.ceil(count / ABREAST)
+    return math.ceil(count / rows), rows
 
 
 def _shear_text(ply: PlyView, *, short: bool) -> str:

@@ -1,0 +1,92 @@
+"""A stack of any number of plies, by its lay-up, formed at once by a hemispherical punch."""
+
+from warpdrape import InputError, Ply, Scene
+from warpdrape.materials.fabric_library import with_bending
+from warpdrape.scenes.press import DIE_RADIUS, PUNCH_RADIUS, hemisphere_tools
+from warpdrape.units import deg
+
+LAYUP = "0/45/0/45/45/0/45/0"
+"""Eight plies, symmetric; a woven ply at 45° has yarns at -45° too."""
+ROOM = 1.5
+"""Room between punch and die over the stack's thickness, at least [-]."""
+
+
+def build(
+    *,
+    layup: str = LAYUP,
+    cells: int = 20,
+    blank_size: float = 0.3,
+    travel: float = 0.075,
+    duration: float = 0.08,
+    brake: float = 0.85,
+    kinetic_limit: float = 0.0,
+    holder_force: float = 100.0,
+    friction: float = 0.2,
+    ply_friction: float = 0.3,
+    fabric: str = "carbon_interlock",
+    bending: str = "fabric",
+    mesh: str = "grid",
+    facet: float = 5e-3,
+    contact_share: float = 0.04,
+    contact: str = "fast",
+    minimum_time_step: float = 0.0,
+    mass_scaling: str = "plain",
+    fast: bool = False,
+) -> Scene:
+    """Build the hemisphere on the reference press, with any number of square plies.
+
+    Args:
+        layup: warp angles from the die up, one for each ply [deg].
+        cells: squares of four triangles along a side.
+        blank_size: side of the blanks [m].
+        travel: punch travel [m].
+        duration: of the stroke [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-]; much of it, as plies
+            that inertia carries too far on each other stay there.
+        kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
+        holder_force: on the blank holder [N].
+        friction: Coulomb coefficient of tools on plies [-].
+        ply_friction: Coulomb coefficient between plies [-].
+        fabric: name or file of a fabric.
+        bending: "fabric" for its own, "none", or a stiffness in all directions [N·m].
+        mesh: "grid" as in the paper, "aligned" to the yarns, "diagonal" or "random".
+        facet: size of the tools' facets [m].
+        contact_share: penalty stiffness over m/Δt² [-].
+        contact: "fast", or "exact" to search for every vertex at every step.
+        minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
+        mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
+        fast: a quarter of the time, by softer yarns; the summary says what they cost.
+    """
+    parameters = dict(locals())
+    cloth = with_bending(fabric, bending)
+    plies = [
+        Ply.rectangle(f"ply_{k}", cloth, blank_size, cells=cells, mesh=mesh, warp_angle=angle * deg)
+        for k, angle in enumerate(read_layup(layup))
+    ]
+    die_radius = max(DIE_RADIUS, PUNCH_RADIUS + ROOM * len(plies) * cloth.thickness)
+    return hemisphere_tools(
+        "stacked_hemisphere", plies, parameters, friction, ply_friction, die_radius
+    )
+
+
+def read_layup(text: str) -> list[float]:
+    """Angles of a lay-up [deg].
+
+    Args:
+        text: as "0/45/-45/0".
+
+    Raises:
+        InputError: if it is none.
+    """
+    try:
+        return [float(angle) for angle in text.split("/")]
+    except ValueError:
+        raise InputError(
+            f"layup = {text!r} must be angles in degrees with strokes between, such as 0/45/0"
+        ) from None
+
+
+if __name__ == "__main__":
+    from warpdrape.cli import run_script
+
+    run_script(__file__)
