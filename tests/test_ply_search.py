@@ -277,11 +277,47 @@ def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device
     inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
     slots = contact_of(model).pairs[1].first_slot + inner
     assert contact_of(model).pairs[1].searching == 1
-    allowed = np.full(len(inner), depth)
+    memory, allowed = memory_of(model, state), np.full(len(inner), depth)
+    for _ in range(3):  # nothing pays for pushing it out
+        stepping.search_contacts(model, state)
+        unpaid = memory.contacts.numpy()["allowance"][slots]
+        np.testing.assert_allclose(unpaid, depth, rtol=1e-6, atol=1e-12)
+    assert np.abs(state.plies.lost.numpy()).max() < 1e-12 * depth
     for _ in range(5):
+        memory.spent.fill_(1.0)  # J, more than enough
         stepping.search_contacts(model, state)
         expected = np.maximum(share * allowed, allowed - slowest)
-        allowed = memory_of(model, state).contacts.numpy()["allowance"][slots]
+        allowed = memory.contacts.numpy()["allowance"][slots]
         np.testing.assert_allclose(allowed, expected, rtol=1e-6, atol=1e-12)
     assert (depth - allowed < 5.0 * max(slowest, depth * (1.0 - share)) * 1.001).all()
     assert (allowed < depth).all()
+    # What the springs now hold was paid for by what had been lost.
+    given = state.plies.lost.numpy()[upper + inner, 1]
+    assert (given < 0.0).all()
+
+
+def test_pushing_out_takes_no_more_than_is_paid(device):
+    plies = lay_up(
+        [Ply.rectangle(n, "carbon_interlock", 0.06, cells=c) for n, c in (("low", 3), ("up", 2))]
+    )
+    scene = Scene(name="deep", plies=plies, tools=[], duration=1e-2)
+    model = build_model(scene, device, 1)
+    state = initial_state(model)
+    upper = model.spans[1].first_vertex
+    deep = state.plies.x.numpy().copy()
+    deep[upper:, 2] -= 1e-4
+    state.plies.x.assign(deep)
+    memory, contact = memory_of(model, state), contact_of(model)
+    stepping.search_contacts(model, state)
+    inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
+    slots = contact.pairs[1].first_slot + inner
+    budget = 1e-12  # J, less than the whole would take
+    for _ in range(2):
+        memory.spent.fill_(budget)
+        stepping.search_contacts(model, state)
+        assert (memory.spent.numpy() == 0.0).all()
+        memory.stored.zero_()
+    found = memory.contacts.numpy()[slots]
+    held = 0.5 * contact.law.stiffness * found["mass"] * (1e-4 - found["allowance"]) ** 2
+    assert (held > 0.0).all()
+    assert (held <= budget * (1.0 + 1e-6)).all()

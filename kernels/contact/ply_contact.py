@@ -168,6 +168,7 @@ def find_ply_contacts(
     hollows: wp.array(dtype=wp.vec2d),
     springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    spent: wp.array(dtype=wp.float64),
     memory: wp.array(dtype=PlyMemory),
     contacts: wp.array(dtype=PlyContact),
     lost: wp.array(dtype=wp.vec3d),
@@ -183,9 +184,10 @@ def find_ply_contacts(
 
     When the gap would jump to a deeper penetration (facets change, a vertex comes back over a
     border) the difference is allowed for and fades, slowly where it is large, so that forces stay
-    continuous and nothing is thrown out. Where it jumps out, what the springs lose counts as
-    contact damping. A vertex that is far is left out of walks until it can have come near, at the
-    speed for which ``reach`` suffices from search to search.
+    continuous and nothing is thrown out. What it fades is paid for by what friction and damping
+    have taken since the last search, so that no energy comes from nowhere; where it jumps out,
+    what the springs lose counts as contact damping. A vertex that is far is left out of walks until
+    it can have come near, at the speed for which ``reach`` suffices from search to search.
 
     Args:
         law: contact law.
@@ -201,6 +203,7 @@ def find_ply_contacts(
         hollows: room on the hollow sides, above and below [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
+        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
         memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
@@ -221,6 +224,8 @@ def find_ply_contacts(
             had = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
         before = wp.min(contact_gap(contacts[slot], faces.thickness, x, i), before)
     contacts[slot].near = 0
+    budget = wp.max(spent[slot], wp.float64(0.0))
+    spent[slot] = wp.float64(0.0)
     nearest = no_facet()
     if search.asks == 1:
         first = faces.first_triangle
@@ -271,11 +276,19 @@ def find_ply_contacts(
     contacts[slot].rise = rise
     contacts[slot].mass = effective_mass(mass, corners, w, i)
     jump = wp.max(before - gap, wp.float64(0.0))
-    allowance = wp.max(search.keep * jump, jump - search.ease)
+    contacts[slot].allowance = jump
+    stays = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
+    contacts[slot].allowance = wp.max(search.keep * jump, jump - search.ease)
+    fades = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
+    # What fades loads the spring: it fades so far as losses pay for it (energy is convex in depth).
+    allowance = contacts[slot].allowance
+    if fades - stays > budget:
+        allowance = jump - budget / (fades - stays) * (jump - allowance)
     contacts[slot].allowance = allowance
-    if had > wp.float64(0.0):
+    if had + budget > wp.float64(0.0):
         has = spring_energy(law, contacts[slot], faces.thickness, x, i, springs[slot])
-        lost[i] += wp.vec3d(wp.float64(0.0), wp.max(had - has, wp.float64(0.0)), wp.float64(0.0))
+        taken = wp.max(had - has, -budget)
+        lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
 
@@ -296,6 +309,7 @@ def add_ply_forces(
     lost: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
     slip: wp.array(dtype=wp.float64),
+    spent: wp.array(dtype=wp.float64),
 ):
     """Add contact forces between two plies to ``f``; one thread a vertex of the searching ply.
 
@@ -314,6 +328,7 @@ def add_ply_forces(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
+        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
     """
     thread = wp.tid()
     i = first_vertex + thread
@@ -348,6 +363,7 @@ def add_ply_forces(
     dashpots[slot] = t.dashpot
     stored[slot] = t.stored
     slip[slot] += t.slip
+    spent[slot] += t.friction + t.damping
     lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
     wp.atomic_add(f, i, t.force)
     wp.atomic_sub(f, a, w[0] * t.force)

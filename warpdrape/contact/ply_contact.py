@@ -67,6 +67,7 @@ class PlyMemory:
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
         slip: way slid [m], shape [slot].
+        spent: lost to friction and damping since the last search [J], shape [slot].
         deepest: deepest penetration of each pair [m], shape [pair].
         jump: largest penetration of each pair that a jump of the gap allowed [m], shape [pair].
     """
@@ -79,6 +80,7 @@ class PlyMemory:
     dashpots: wp.array
     stored: wp.array
     slip: wp.array
+    spent: wp.array
     deepest: wp.array
     jump: wp.array
     apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
@@ -129,6 +131,7 @@ class PlyContact:
             dashpots=zeros(slots, real),
             stored=zeros(slots, real),
             slip=zeros(slots, real),
+            spent=zeros(slots, real),
             deepest=zeros(pairs, real),
             jump=zeros(pairs, real),
         )
@@ -183,7 +186,8 @@ class PlyContact:
             memory.springs,
             memory.stored,
         ]
-        outputs = [memory.seen, memory.contacts, plies.lost, memory.deepest, memory.jump]
+        seen = [memory.spent, memory.seen, memory.contacts]
+        outputs = [*seen, plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_ply_contacts, run.count, inputs, outputs)
 
     def _forces(self, pair: PlyPair, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
@@ -197,7 +201,8 @@ class PlyContact:
             plies.v,
             memory.contacts,
         ]
-        outputs = [memory.springs, memory.dashpots, plies.f, plies.lost, memory.stored, memory.slip]
+        kept = [memory.springs, memory.dashpots]
+        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.slip, memory.spent]
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
 
     def look(self, thickness: float, *, asking: bool) -> PlySearch:
