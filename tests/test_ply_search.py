@@ -254,16 +254,21 @@ def test_border_bits_name_edges_and_corners():
     assert (across_edges(fan)[:, 0] == -1).all() and (across_edges(fan)[:, 1:] >= 0).all()
 
 
-@pytest.mark.parametrize("depth", [1e-5, 1.5e-3])
-def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device):
-    # The upper ply is put into the lower one from beside it between two searches, and held there.
+def two_laid_up(device):
+    """Two small plies, with the first vertex of the upper one and its vertices off the border."""
     plies = lay_up(
         [Ply.rectangle(n, "carbon_interlock", 0.06, cells=c) for n, c in (("low", 3), ("up", 2))]
     )
     scene = Scene(name="deep", plies=plies, tools=[], duration=1e-2)
     model = build_model(scene, device, 1)
-    state = initial_state(model)
-    upper = model.spans[1].first_vertex
+    inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
+    return scene, model, initial_state(model), model.spans[1].first_vertex, inner
+
+
+@pytest.mark.parametrize("depth", [1e-5, 1.5e-3])
+def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device):
+    # The upper ply is put into the lower one from beside it between two searches, and held there.
+    scene, model, state, upper, inner = two_laid_up(device)
     deep, beside = state.plies.x.numpy().copy(), state.plies.x.numpy().copy()
     deep[upper:, 2] -= depth
     beside[upper:, 0] += 0.2
@@ -274,7 +279,6 @@ def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device
     interval = model.timing.search_every * model.timing.time_step
     slowest = PUSH_OUT * peak_speed(scene) * interval
     share = np.exp(-interval / FADING)
-    inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
     slots = contact_of(model).pairs[1].first_slot + inner
     assert contact_of(model).pairs[1].searching == 1
     memory, allowed = memory_of(model, state), np.full(len(inner), depth)
@@ -297,19 +301,12 @@ def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device
 
 
 def test_pushing_out_takes_no_more_than_is_paid(device):
-    plies = lay_up(
-        [Ply.rectangle(n, "carbon_interlock", 0.06, cells=c) for n, c in (("low", 3), ("up", 2))]
-    )
-    scene = Scene(name="deep", plies=plies, tools=[], duration=1e-2)
-    model = build_model(scene, device, 1)
-    state = initial_state(model)
-    upper = model.spans[1].first_vertex
+    _, model, state, upper, inner = two_laid_up(device)
     deep = state.plies.x.numpy().copy()
     deep[upper:, 2] -= 1e-4
     state.plies.x.assign(deep)
     memory, contact = memory_of(model, state), contact_of(model)
     stepping.search_contacts(model, state)
-    inner = np.flatnonzero(np.abs(plies[1].mesh.vertices).max(axis=1) < 0.02)
     slots = contact.pairs[1].first_slot + inner
     budget = 1e-12  # J, less than the whole would take
     for _ in range(2):
