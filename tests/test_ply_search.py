@@ -9,8 +9,9 @@ from test_engine import small_press
 from warpdrape import Ply, Scene, lay_up
 from warpdrape.contact.adjacency import across_edges, border_bits
 from warpdrape.contact.law import near_reach
-from warpdrape.contact.ply_contact import ASK_EVERY, FADING, PUSH_OUT, PlyContact
+from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.contact.ply_facets import build_facets
+from warpdrape.contact.ply_surfaces import ASK_EVERY, FADING, PUSH_OUT
 from warpdrape.dynamics import stepping
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.numerics import Numerics
@@ -24,7 +25,7 @@ THICKNESS = 6e-4
 def of_pair(model, pair):
     """Slices of the searching ply's vertices and of its slots, and the searched ply's facets."""
     searching, searched = model.spans[pair.searching], model.spans[pair.searched]
-    corners = contact_of(model).facets.corners.numpy()[searched.triangles]
+    corners = contact_of(model).surfaces.facets.corners.numpy()[searched.triangles]
     slots = slice(pair.first_slot, pair.first_slot + searching.vertex_count)
     return searching.vertices, slots, corners
 
@@ -68,7 +69,7 @@ def remembered(model, state):
     """Distance [m] of every slot's vertex from the facet that it remembers, infinite if none."""
     x, memory = state.plies.x.numpy(), memory_of(model, state).seen.numpy()
     distances = np.full(len(memory), np.inf)
-    corners = contact_of(model).facets.corners.numpy()
+    corners = contact_of(model).surfaces.facets.corners.numpy()
     for pair in contact_of(model).pairs:
         vertices, slots, _ = of_pair(model, pair)
         seen = memory["seen"][slots]
@@ -160,7 +161,7 @@ def test_a_corner_at_the_border_is_the_border_for_every_facet_there(device):
     state.plies.x.assign(x)
     stepping.search_contacts(model, state, asking=True)
     found, memory = gaps(model, state), memory_of(model, state).seen.numpy()
-    corners = contact_of(model).facets.corners.numpy()
+    corners = contact_of(model).surfaces.facets.corners.numpy()
     checked = 0
     for slot in np.flatnonzero(np.isfinite(found[:first])):
         seen = corners[memory["seen"][slot] - 1]

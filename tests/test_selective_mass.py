@@ -204,7 +204,7 @@ def pressed(**numerics):
 def test_threads_compute_what_one_part_after_another_does(threads):
     blocks = 40
     together, _ = state_after(threads, True, pressed(), blocks)
-    assert np.abs(together["memory.1.stored"]).max() > 0.0
+    assert np.abs(together["memory.2.stored"]).max() > 0.0
     assert_same_bits(together, state_after(threads, False, pressed(), blocks)[0])
     one, _ = state_after(1, False, pressed(), blocks)
     np.testing.assert_allclose(together["plies.x"], one["plies.x"], atol=1e-12)

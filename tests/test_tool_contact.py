@@ -33,7 +33,7 @@ def searcher(tools, device="cpu", cells=10, **numerics):
 
 def search_of(model):
     """How far contact with tools looks."""
-    (contact,) = model.contacts
+    (contact,) = (contact for contact in model.contacts if isinstance(contact, ToolContact))
     return contact.search
 
 

@@ -136,15 +136,30 @@ class Measured:
 
     Attributes:
         stored: energies by name [J].
-        lost: energies lost so far by name [J].
+        lost: energies lost so far by name [J]; "friction" and "contact damping" of contacts.
         fields: by ply, arrays over its triangles or vertices by name; see `FormedPly`.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
+        touched: numbers of plies that a contact has touched, but for what `PlyState.lost` tells.
     """
 
     stored: Mapping[str, float] = field(default_factory=dict)
     lost: Mapping[str, float] = field(default_factory=dict)
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    touched: frozenset[int] = frozenset()
+
+
+def met_in_contact(measured: Sequence[Measured]) -> dict[str, list[dict[str, Any]]]:
+    """Entries of all contacts by name; of what several have met, the largest values."""
+    met: dict[str, list[dict[str, Any]]] = {}
+    for name, entries in (item for each in measured for item in each.entries.items()):
+        known = met.get(name)
+        if known is None:
+            met[name] = [dict(entry) for entry in entries]
+            continue
+        for mine, theirs in zip(known, entries, strict=True):
+            mine.update({key: max(mine.get(key, value), value) for key, value in theirs.items()})
+    return met
 
 
 class Interaction(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from typing import Any
 
@@ -163,14 +163,15 @@ def place(model: Model, vertex: int) -> str:
     raise IndexError(f"no ply has vertex {vertex}")
 
 
-def loose_plies(model: Model, state: State) -> tuple[str, ...]:
+def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
     """Names of the plies that nothing has held or touched so far: contact always loses energy."""
-    touched = state.plies.lost.numpy()[:, :2].any(axis=1)
+    lost = state.plies.lost.numpy()[:, :2].any(axis=1)
     held = {clamp.ply for clamp in model.scene.clamps}
+    touched = frozenset().union(*(each.touched for each in measured))
     return tuple(
         ply.name
-        for ply, span in zip(model.scene.plies, model.spans, strict=True)
-        if ply.name not in held and not touched[span.vertices].any()
+        for number, (ply, span) in enumerate(zip(model.scene.plies, model.spans, strict=True))
+        if ply.name not in held and number not in touched and not lost[span.vertices].any()
     )
 
 
@@ -260,7 +261,7 @@ class Recorder:
         self._rows.append(row)
         self._steps_before = self.steps
         self._plies, self._measured = plies, measured
-        self._loose = loose_plies(model, state)
+        self._loose = loose_plies(model, state, measured)
         return row
 
     def _refuse_nonsense(self, plies: tuple[FormedPly, ...], now: float) -> None:
@@ -322,9 +323,8 @@ class Recorder:
         raise RunFailed(
             f"tool {tool.name!r} passed through ply {ply.name!r} by {1e3 * now:.4g} ms: it reaches "
             f"{1e3 * found.depth:.3g} mm or more beyond triangle {found.triangle}, at ({x:.4g}, "
-            f"{y:.4g}) mm of the flat ply; tools meet vertices, and there these lie "
-            f"{1e3 * found.side:.3g} mm apart: refine the ply to the size of the tool's tip or "
-            "edge, or round the tool"
+            f"{y:.4g}) mm of the flat ply, whose sides are {1e3 * found.side:.3g} mm long: refine "
+            "the ply there, or slow the tool down"
         )
 
     def finish(self, failure: str) -> Result:

@@ -1,6 +1,6 @@
 """The facet of a ply nearest to a point: by Warp's mesh query, or by a walk from one that was.
 
-A vertex slides over the other ply by a small part of a facet from search to search, so that the
+A point slides over the ply by a small part of a facet from search to search, so that the
 nearest facet is the one of before, or one beside it. The walk looks at those facets only whose
 edges are near enough for a bend to bring them closer; a query of the whole ply now and then finds
 what a walk cannot: another fold, or a ply that was out of sight.
@@ -32,11 +32,11 @@ class PlyFacets:
 
 @wp.struct
 class NearestFacet:
-    """Point of a facet nearest to a vertex."""
+    """Place on a facet nearest to a point."""
 
     facet: wp.int32  # −1 if there is none
     weights: wp.vec3d  # of its corners
-    offset: wp.vec3d  # from the point to the vertex [m]
+    offset: wp.vec3d  # from there to the point [m]
 
 
 @wp.func
@@ -49,17 +49,17 @@ def no_facet() -> NearestFacet:
 
 @wp.func
 def nearest_on_facet(
-    facets: PlyFacets, facet: int, x: wp.array(dtype=wp.vec3d), i: int
+    facets: PlyFacets, facet: int, x: wp.array(dtype=wp.vec3d), point: wp.vec3d
 ) -> NearestFacet:
-    """Point of a facet that is nearest to vertex i."""
+    """Place on a facet that is nearest to a point."""
     at = facets.corners[facet]
     a = x[at[0]]
     b = x[at[1]]
     c = x[at[2]]
     nearest = NearestFacet()
     nearest.facet = facet
-    nearest.weights = barycentric(a, b, c, x[i])
-    nearest.offset = x[i] - weighted(nearest.weights, a, b, c)
+    nearest.weights = barycentric(a, b, c, point)
+    nearest.offset = point - weighted(nearest.weights, a, b, c)
     return nearest
 
 
@@ -95,10 +95,10 @@ def shadow(
 
 @wp.func
 def nearer(
-    facets: PlyFacets, best: NearestFacet, facet: int, x: wp.array(dtype=wp.vec3d), i: int
+    facets: PlyFacets, best: NearestFacet, facet: int, x: wp.array(dtype=wp.vec3d), point: wp.vec3d
 ) -> NearestFacet:
-    """The best so far, or another facet where that is nearer to vertex i."""
-    there = nearest_on_facet(facets, facet, x, i)
+    """The best so far, or another facet where that is nearer to a point."""
+    there = nearest_on_facet(facets, facet, x, point)
     if wp.length_sq(there.offset) < wp.length_sq(best.offset):
         return there
     return best
@@ -106,12 +106,16 @@ def nearer(
 
 @wp.func
 def nearest_round(
-    facets: PlyFacets, nearest: NearestFacet, corner: int, x: wp.array(dtype=wp.vec3d), i: int
+    facets: PlyFacets,
+    nearest: NearestFacet,
+    corner: int,
+    x: wp.array(dtype=wp.vec3d),
+    point: wp.vec3d,
 ) -> NearestFacet:
     """Nearest facet of those round a corner."""
     best = nearest
     for k in range(facets.first_of_fan[corner], facets.first_of_fan[corner + 1]):
-        best = nearer(facets, best, facets.fans[k], x, i)
+        best = nearer(facets, best, facets.fans[k], x, point)
     return best
 
 
@@ -121,7 +125,7 @@ def nearest_beside(
     nearest: NearestFacet,
     x: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
-    i: int,
+    point: wp.vec3d,
 ) -> NearestFacet:
     """Nearest of a facet and those beside it that may be nearer."""
     w = nearest.weights
@@ -129,13 +133,13 @@ def nearest_beside(
     if most >= wp.float64(1.0):
         corners = facets.corners[nearest.facet]
         corner = wp.where(w[0] == most, corners[0], wp.where(w[1] == most, corners[1], corners[2]))
-        return nearest_round(facets, nearest, corner, x, i)
+        return nearest_round(facets, nearest, corner, x, point)
     best = nearest
     limit = shadow(facets, nearest, x, hollows)
     beside = facets.beside[nearest.facet]
     for k in range(3):
         if w[k] <= limit and beside[k] >= 0:
-            best = nearer(facets, best, beside[k], x, i)
+            best = nearer(facets, best, beside[k], x, point)
     return best
 
 
@@ -145,13 +149,13 @@ def walk_to_nearest(
     start: int,
     x: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
-    i: int,
+    point: wp.vec3d,
 ) -> NearestFacet:
     """Nearest facet that a walk from facet ``start`` finds, each move to one that is nearer."""
-    nearest = nearest_on_facet(facets, start, x, i)
+    nearest = nearest_on_facet(facets, start, x, point)
     moves = wp.int32(0)
     while moves < MOST_MOVES:
-        there = nearest_beside(facets, nearest, x, hollows, i)
+        there = nearest_beside(facets, nearest, x, hollows, point)
         moves = wp.where(there.facet == nearest.facet, MOST_MOVES, moves + 1)
         nearest = there
     return nearest
@@ -164,11 +168,11 @@ def ask_for_nearest(
     first_triangle: int,
     radius: wp.float64,
     x: wp.array(dtype=wp.vec3d),
-    i: int,
+    point: wp.vec3d,
 ) -> NearestFacet:
     """Nearest facet of a whole ply within ``radius`` [m]."""
-    query = wp.mesh_query_point_no_sign(mesh, to_single(x[i]), float(radius))
+    query = wp.mesh_query_point_no_sign(mesh, to_single(point), float(radius))
     nearest = no_facet()
     if query.result:
-        nearest = nearest_on_facet(facets, first_triangle + query.face, x, i)
+        nearest = nearest_on_facet(facets, first_triangle + query.face, x, point)
     return nearest

@@ -1,4 +1,4 @@
-"""Where a tool reaches through a ply: it meets vertices only, and may pass between them."""
+"""How far a tool reaches through a ply."""
 
 import warp as wp
 

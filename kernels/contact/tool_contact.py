@@ -22,8 +22,9 @@ from .surface import (
 
 SINGLE = wp.constant(wp.float64(1e-6))
 """Beyond the distance known to bound it, a query looks so much farther [m]: it rounds to single."""
-
-
+ON_RIDGE = wp.constant(wp.float64(0.01))
+"""Share of its distance by which a vertex may lie behind a facet whose ridge is nearest: rounding
+to single leaves the choice between the two facets there to chance."""
 SAME_FACE = wp.constant(wp.float64(0.99))
 """Cosine between a vertex's plane and the surface below which, at a border, it is on the edge."""
 
@@ -203,7 +204,7 @@ def tangent_plane(
     gap = height - offset
     aside = wp.length_sq(at - point) - height * height
     border = is_on_border(w, surfaces.open_edges[facet])
-    outside = height >= -SINGLE * distance and distance > zero
+    outside = height >= -wp.min(SINGLE, ON_RIDGE * distance) and distance > zero
     if outside and is_on_border(w, surfaces.ridges[facet]):
         normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
         height = distance

@@ -70,3 +70,9 @@ def area_percentile(values: np.ndarray, areas: np.ndarray, share: float) -> floa
     ends = np.cumsum(areas[order])
     middles = (ends - 0.5 * areas[order]) / ends[-1]
     return float(np.interp(share, middles, values[order]))
+
+
+def longest_sides(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Longest side of each triangle [m], shape [triangle]."""
+    corners = points[np.asarray(triangles)]
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)

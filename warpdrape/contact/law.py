@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+from warpdrape.contact.features import has_features
 from warpdrape.errors import InputError
 from warpdrape.kernels.contact.contact import ContactLaw
 from warpdrape.setup import Setup
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
-each pair of masses counted at both ends."""
+each pair of masses counted at both ends. Features of tools, which share the masses of the triangles
+that they meet, make one more."""
 
 
 def contact_law(scene: Setup, time_step: float) -> ContactLaw:
@@ -35,7 +37,8 @@ def step_share(scene: Setup) -> float:
     if not scene.tools and len(scene.plies) == 1:
         return 0.0
     share, damping = scene.numerics.contact_share, scene.numerics.contact_damping
-    taken = CONTACTS_AT_A_VERTEX * share + 2.0 * 4.0 * damping * math.sqrt(share)
+    contacts = CONTACTS_AT_A_VERTEX + int(has_features(scene))
+    taken = contacts * share + 2.0 * 4.0 * damping * math.sqrt(share)
     if taken >= 3.5:
         raise InputError(
             f"contact_share = {share} with contact_damping = {damping} leaves no stable step: "

@@ -1,7 +1,7 @@
-"""Tools that have passed through a ply between its vertices, which alone feel them.
+"""Tools that have passed through a ply all the same, faster than contact could hold them.
 
-A triangle over a right-angled edge or corner of a tool cuts up to half its side off it. Whatever
-reaches deeper is finer than the ply's mesh: then the run is not the forming that was asked for.
+A triangle over a right-angled edge or corner of a tool may cut up to half its side off it. Whatever
+reaches deeper has passed: then the run is not the forming that was asked for.
 Only closed solids are looked at: a ply may swing into the mouth of an open surface.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from warpdrape.blanks.triangles import longest_sides
 from warpdrape.interaction import Span
 from warpdrape.kernels.contact.passages import find_depths
 from warpdrape.setup import Setup
@@ -134,12 +135,6 @@ def _mesh(
         wp.array(np.ravel(triangles), dtype=wp.int32, device=device),
         support_winding_number=solid,
     )
-
-
-def longest_sides(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Longest side of each triangle [m], shape [triangle]."""
-    corners = points[np.asarray(triangles)]
-    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
 
 
 def _along(edges: np.ndarray, spacing: float) -> np.ndarray:

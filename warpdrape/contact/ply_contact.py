@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
 import warp as wp
 
-from warpdrape.contact.law import contact_law, near_reach
-from warpdrape.contact.ply_facets import build_facets
+from warpdrape.contact.law import contact_law
+from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import ContactLaw
-from warpdrape.kernels.contact.facets import PlyFacets
-from warpdrape.kernels.contact.ply_contact import PlyFaces, PlySearch
+from warpdrape.kernels.contact.ply_contact import PlyFaces
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
-from warpdrape.timing import Timing, peak_speed
-
-ASK_EVERY = 16
-"""Contact searches from one in which every vertex asks for the nearest facet of another ply to the
-next such one; between, it walks from the facet that it remembers."""
-FADING = 2e-4
-"""Time in which a penetration that appeared by a jump of the gap is pushed out [s].
-
-Pushing it out does work that nothing supplies: in the three-ply hemisphere about a hundredth of the
-energy, at 4 ms a third of that, but then up to 0.2 mm are on their way out at a time, not 0.03 mm.
-"""
-PUSH_OUT = 0.1
-"""… but no faster than at this share of the tools' speed [-]. A vertex that has slid over another
-ply's border and back is found 2 mm deep; out in 0.2 ms it was thrown up at 40 m/s.
-"""
+from warpdrape.timing import Timing
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +43,6 @@ class PlyMemory:
     """What contact between plies remembers; a slot is a vertex and another ply.
 
     Attributes:
-        normals: at vertices [-], shape [vertex].
-        hollows: room on either side of a vertex, shape [vertex].
         seen: the triangle last seen, shape [slot].
         contacts: the nearest triangle, shape [slot].
         springs: friction springs [m], shape [slot].
@@ -72,8 +54,6 @@ class PlyMemory:
         jump: largest penetration of each pair that a jump of the gap allowed [m], shape [pair].
     """
 
-    normals: wp.array
-    hollows: wp.array
     seen: wp.array
     contacts: wp.array
     springs: wp.array
@@ -96,8 +76,7 @@ class PlyContact:
         timing: the steps.
         spans: where plies are.
         mass: vertex masses [kg], shape [vertex].
-        facets: the plies' triangles.
-        meshes: per ply, moved along for searches.
+        surfaces: the plies' surfaces.
         pairs: directed pairs of plies that may touch.
         law: the contact law.
     """
@@ -107,8 +86,7 @@ class PlyContact:
     timing: Timing
     spans: tuple[Span, ...]
     mass: wp.array
-    facets: PlyFacets
-    meshes: tuple[wp.Mesh, ...]
+    surfaces: PlySurfaces
     pairs: tuple[PlyPair, ...]
     law: ContactLaw
     name: str = "ply contact"
@@ -116,17 +94,15 @@ class PlyContact:
 
     def start(self) -> PlyMemory:
         """Nothing found yet."""
-        n, pairs, real = self.mass.shape[0], len(self.pairs), wp.float64
+        pairs, real = len(self.pairs), wp.float64
         slots = sum(self.spans[pair.searching].vertex_count for pair in self.pairs)
 
         def zeros(count: int, dtype: Any) -> wp.array:
             return wp.zeros(count, dtype=dtype, device=self.device)
 
         return PlyMemory(
-            normals=zeros(n, wp.vec3d),
-            hollows=zeros(n, wp.vec2d),
-            seen=zeros(slots, kernels.PlyMemory),
-            contacts=zeros(slots, kernels.PlyContact),
+            seen=zeros(slots, on_ply.PlyMemory),
+            contacts=zeros(slots, on_ply.PlyContact),
             springs=zeros(slots, wp.vec3d),
             dashpots=zeros(slots, real),
             stored=zeros(slots, real),
@@ -138,28 +114,8 @@ class PlyContact:
 
     def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
-        x = bodies.plies.x
-        prepare, measure = [], []
-        for first, count in share.vertices:
-            inputs = [first, self.facets, x]
-            prepare.append(Launch(kernels.compute_vertex_normals, count, inputs, [memory.normals]))
-            inputs = [first, self.facets, x, memory.normals]
-            measure.append(Launch(kernels.compute_hollows, count, inputs, [memory.hollows]))
-        copy = [
-            Launch(
-                kernels.copy_to_single,
-                self.spans[number].vertex_count,
-                [self.spans[number].first_vertex, x],
-                [self.meshes[number].points],
-            )
-            for number in share.plies
-        ]
         looks = [(pair, run) for pair in self.pairs for run in share.by_ply[pair.searching]]
         return Launches(
-            prepare=tuple(prepare),
-            copy=tuple(copy),
-            refit=tuple(self.meshes[number] for number in share.plies),
-            measure=tuple(measure),
             ask=tuple(self._find(*look, bodies.plies, memory, asking=True) for look in looks),
             walk=tuple(self._find(*look, bodies.plies, memory, asking=False) for look in looks),
             scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
@@ -173,16 +129,16 @@ class PlyContact:
     ) -> Launch:
         inputs = [
             self.law,
-            self.look(pair.faces.thickness, asking=asking),
-            self.facets,
+            ply_search(self.scene, self.timing, pair.faces.thickness, asking=asking),
+            self.surfaces.facets,
             pair.faces,
             pair.number,
             run.first,
             self._slot(pair, run),
             self.mass,
             plies.x,
-            memory.normals,
-            memory.hollows,
+            self.surfaces.normals,
+            self.surfaces.hollows,
             memory.springs,
             memory.stored,
         ]
@@ -204,21 +160,6 @@ class PlyContact:
         kept = [memory.springs, memory.dashpots]
         outputs = [*kept, plies.f, plies.lost, memory.stored, memory.slip, memory.spent]
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
-
-    def look(self, thickness: float, *, asking: bool) -> PlySearch:
-        """How far a search looks for plies that touch at a thickness [m].
-
-        What it does not see must not come near before it asks again.
-        """
-        search = PlySearch()
-        search.asks = int(asking)
-        search.reach = near_reach(self.scene)
-        beyond = max(3.0 * thickness + 2.0 * search.reach, (1 + ASK_EVERY) * search.reach)
-        search.radius = thickness + beyond
-        interval = self.timing.search_every * self.timing.time_step
-        search.keep = math.exp(-interval / FADING)
-        search.ease = PUSH_OUT * peak_speed(self.scene) * interval
-        return search
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
         """Energy in contact springs and friction springs; slip and penetration of each pair."""
@@ -243,7 +184,12 @@ class PlyContact:
 
 
 def build(
-    scene: Setup, spans: tuple[Span, ...], timing: Timing, mass: wp.array, device: str
+    scene: Setup,
+    spans: tuple[Span, ...],
+    timing: Timing,
+    mass: wp.array,
+    surfaces: PlySurfaces | None,
+    device: str,
 ) -> PlyContact | None:
     """Put what searches need of the plies on a device; None for a single ply.
 
@@ -252,28 +198,19 @@ def build(
         spans: where plies are.
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
+        surfaces: the plies' surfaces.
         device: Warp device.
     """
     if len(scene.plies) == 1:
         return None
-    meshes = tuple(
-        wp.Mesh(
-            wp.array(ply.rest_points, dtype=wp.vec3f, device=device),
-            wp.array(np.ravel(ply.mesh.triangles), dtype=wp.int32, device=device),
-        )
-        for ply in scene.plies
-    )
-    first_vertex = np.array([*(s.first_vertex for s in spans), mass.shape[0]])
-    facets = build_facets([ply.mesh.triangles for ply in scene.plies], first_vertex, device)
     return PlyContact(
         device,
         scene,
         timing,
         spans,
         mass,
-        facets,
-        meshes,
-        _pairs(scene, meshes, spans),
+        surfaces,
+        _pairs(scene, surfaces.meshes, spans),
         contact_law(scene, timing.time_step),
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.contact.law import contact_law, near_reach
+from warpdrape.contact.ply_surfaces import PlySurfaces
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact.contact import ContactLaw
@@ -123,7 +124,12 @@ class ToolContact:
 
 
 def build(
-    scene: Setup, spans: tuple[Span, ...], timing: Timing, mass: wp.array, device: str
+    scene: Setup,
+    spans: tuple[Span, ...],
+    timing: Timing,
+    mass: wp.array,
+    surfaces: PlySurfaces | None,
+    device: str,
 ) -> ToolContact | None:
     """Put the tools on a device; None where there are none.
 
@@ -132,6 +138,7 @@ def build(
         spans: where plies are.
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
+        surfaces: the plies' surfaces, which vertices do not need.
         device: Warp device.
     """
     if not scene.tools:

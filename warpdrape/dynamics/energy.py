@@ -81,11 +81,11 @@ def of_forces(model: Model, measured: Sequence[Measured]) -> Sequence[Measured]:
     return measured[: len(model.forces)]
 
 
-def _total(measured: Iterable[Measured]) -> dict[str, float]:
-    """Stored energies by name [J]."""
+def _total(measured: Iterable[Measured], what: str = "stored") -> dict[str, float]:
+    """Energies stored, or lost, by name [J]."""
     total: dict[str, float] = {}
     for each in measured:
-        for name, energy in each.stored.items():
+        for name, energy in getattr(each, what).items():
             total[name] = total.get(name, 0.0) + energy
     return total
 
@@ -119,14 +119,15 @@ def balance(model: Model, state: State, measured: Sequence[Measured]) -> Energie
     gravity = np.asarray(scene.gravity, dtype=float)
     weighing = model.masses.mass - model.masses.added
     fallen = np.einsum("i,ij->j", weighing, state.plies.x.numpy() - model.rest.numpy())
-    contacts = _total(measured[len(model.forces) :])
+    contacts = measured[len(model.forces) :]
+    in_contact = _total(contacts, "lost")
     return Energies(
         kinetic=kinetic,
         stored=_total(of_forces(model, measured)),
-        lost={name: loss for each in measured for name, loss in each.lost.items()},
-        contact=contacts.get("contact", 0.0),
-        friction=float(lost[0]),
-        contact_damping=float(lost[1]),
+        lost=_total(of_forces(model, measured), "lost"),
+        contact=_total(contacts).get("contact", 0.0),
+        friction=float(lost[0]) + in_contact.get("friction", 0.0),
+        contact_damping=float(lost[1]) + in_contact.get("contact damping", 0.0),
         mass_damping=float(lost[2]),
         tool_damping=float(state.tools.damped.numpy().sum()),
         tool_work=float(state.tools.work.numpy().sum()),

@@ -2,13 +2,38 @@
 
 from __future__ import annotations
 
-from warpdrape.contact import ply_contact, tool_contact
+import warp as wp
+
+from warpdrape.contact import ply_contact, ply_surfaces, tool_contact, tool_features
+from warpdrape.contact.features import has_features
 from warpdrape.forces import bending, bending_curve, membrane
+from warpdrape.interaction import Interaction, Span
+from warpdrape.setup import Setup
+from warpdrape.timing import Timing
 
 FORCES = (membrane, bending, bending_curve)
 """Modules of forces: ``build``, and ``frequencies``, the bound on ω² of a ply's triangles.
 
 The first one is what selective mass scaling scales, and its elements say how parts on several
 threads share out a ply."""
-CONTACTS = (ply_contact, tool_contact)
+CONTACTS = (ply_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""
+
+
+def build_contacts(
+    scene: Setup, spans: tuple[Span, ...], timing: Timing, mass: wp.array, device: str
+) -> tuple[Interaction, ...]:
+    """The contacts that a scene needs, after the surfaces that they search.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        device: Warp device.
+    """
+    surfaces = None
+    if len(scene.plies) > 1 or has_features(scene):
+        surfaces = ply_surfaces.build(scene, spans, device)
+    built = (contact.build(scene, spans, timing, mass, surfaces, device) for contact in CONTACTS)
+    return tuple(thing for thing in (surfaces, *built) if thing is not None)

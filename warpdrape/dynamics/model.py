@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.dynamics.floating import floating_tools
-from warpdrape.dynamics.interactions import CONTACTS, FORCES
+from warpdrape.dynamics.interactions import FORCES, build_contacts
 from warpdrape.dynamics.selective_mass import SelectiveMass, build_selective_mass, start_scaled
 from warpdrape.dynamics.time_step import LumpedMass, lump_masses
 from warpdrape.interaction import Force, Interaction, Span
@@ -32,7 +32,7 @@ class Model:
         timing: steps.
         spans: where each ply's vertices and triangles are.
         forces: of the plies.
-        contacts: between plies, and with tools.
+        contacts: between plies, and with tools, after the surfaces that they search.
         masses: vertex masses on the host.
         selective: selective mass scaling, None without.
         mass: vertex masses [kg], shape [vertex].
@@ -86,14 +86,14 @@ def build_model(scene: Setup, device: str, frames: int) -> Model:
     spans = ply_spans(scene)
     mass = wp.array(masses.mass, dtype=wp.float64, device=device)
     forces = (force.build(scene, spans, device) for force in FORCES)
-    contacts = (contact.build(scene, spans, timing, mass, device) for contact in CONTACTS)
+    contacts = build_contacts(scene, spans, timing, mass, device)
     return Model(
         scene=scene,
         device=device,
         timing=timing,
         spans=spans,
         forces=tuple(force for force in forces if force is not None),
-        contacts=tuple(contact for contact in contacts if contact is not None),
+        contacts=contacts,
         masses=masses,
         selective=build_selective_mass(scene, masses.mass, masses.scaling, device),
         mass=mass,

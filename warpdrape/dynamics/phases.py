@@ -10,7 +10,7 @@ from functools import partial
 
 import warp as wp
 
-from warpdrape.contact.ply_contact import ASK_EVERY
+from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.dynamics import integration
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import launches_of, shares, split

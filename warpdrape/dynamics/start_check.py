@@ -9,11 +9,13 @@ import numpy as np
 from warpdrape.blanks.one_sheet import check_one_sheet
 from warpdrape.blanks.outlines import enclosed
 from warpdrape.blanks.ply import Ply
-from warpdrape.contact.passages import longest_sides
+from warpdrape.blanks.triangles import longest_sides
+from warpdrape.contact.features import points_of
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.errors import InputError
+from warpdrape.interaction import met_in_contact
 from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.tools.motion import Float
@@ -44,21 +46,22 @@ def check_tools(scene: Setup) -> None:
     Raises:
         InputError: naming tool and ply, and how far to move the tool.
     """
-    for tool in scene.tools:
+    for tool, features in zip(scene.tools, points_of(scene), strict=True):
         start = np.zeros(3) if isinstance(tool.motion, Float) else tool.motion.displacement(0.0)
         points = tool.vertices + start
         for ply in scene.plies:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
         _refuse_facing_away(tool, points, scene.plies)
-        for ply in scene.plies:
+        for ply in scene.plies if len(features) == 0 else ():
             _refuse_finer(tool, points, ply)
 
 
 def _refuse_finer(tool: Tool, points: np.ndarray, ply: Ply) -> None:
-    """Raise `InputError` for a pin or bar that would pass between the vertices of a ply unfelt.
+    """Raise `InputError` for a narrow surface that would pass between the vertices of a ply unfelt.
 
-    Its second longest principal dimension is what the vertices must not miss.
+    Nothing of it sticks out, so that it has no features; its second longest principal dimension is
+    what the vertices must not miss.
     """
     middle = tool.vertices.mean(axis=0)
     axes = np.linalg.svd(tool.vertices - middle, full_matrices=False)[2]
@@ -67,9 +70,9 @@ def _refuse_finer(tool: Tool, points: np.ndarray, ply: Ply) -> None:
     side = float(np.median(sides))
     if 0.0 < thick < MISSED * side and _over(ply, points).any():
         raise InputError(
-            f"tool {tool.name!r} is {1e3 * thick:.3g} mm thick and would pass between the vertices "
-            f"of ply {ply.name!r}, {1e3 * side:.3g} mm apart, which alone feel tools: give "
-            f"triangles with sides of {1e3 * thick:.3g} mm or less"
+            f"tool {tool.name!r} is an open surface {1e3 * thick:.3g} mm wide and would pass "
+            f"between the vertices of ply {ply.name!r}, {1e3 * side:.3g} mm apart: make it a "
+            f"closed solid, or give triangles with sides of {1e3 * thick:.3g} mm or less"
         )
 
 
@@ -95,7 +98,7 @@ def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) ->
 
 
 MISSED = 0.5
-"""Thickness of a tool over the sides of triangles below which their vertices miss it [-]."""
+"""Width of a surface over the sides of triangles below which their vertices miss it [-]."""
 FACING = 0.5
 """Share of an open tool's area, seen from the plies, beyond which the side it shows tells [-]."""
 CLAMP_TOLERANCE = 1e-9
@@ -203,8 +206,8 @@ def check_contacts(model: Model, state: State) -> None:
     if scene.tools:  # a path may start away from zero
         state.tools.shift.assign(state.tools.path.numpy()[:, 0])
     search_contacts(model, state)
-    met = [entry for each in measure(model, state) for entry in each.entries.get("tools", ())]
-    for tool, entry in zip(scene.tools, met, strict=True):
+    met = met_in_contact(measure(model, state))
+    for tool, entry in zip(scene.tools, met.get("tools", ()), strict=True):
         depth = entry["max_penetration_m"]
         if depth > limit:
             raise InputError(

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import warp as wp
 
-from warpdrape.contact.ply_contact import ASK_EVERY
+from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.dynamics import integration
 from warpdrape.dynamics.cores import SpareCores
 from warpdrape.dynamics.crew import Barrier, Crew

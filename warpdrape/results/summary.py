@@ -10,7 +10,7 @@ import numpy as np
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import Model
-from warpdrape.interaction import Measured
+from warpdrape.interaction import Measured, met_in_contact
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.result import FormedPly
 
@@ -101,7 +101,7 @@ def summarise(
     warnings += untouched(model, history, loose)
     if not calm and not failure and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
-    contacts = {name: found for each in measured for name, found in each.entries.items()}
+    contacts = met_in_contact(measured)
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
     if deepest > PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies):
         warnings.append(

@@ -1,0 +1,125 @@
+"""A point that touches a triangle of a ply: its plane, and what it may keep of a penetration.
+
+The plane is found by a search and moves with the triangle until the next one.
+"""
+
+import warp as wp
+
+from .contact import ContactLaw
+
+MOST_WAITS = wp.constant(wp.float64(100.0))
+"""Searches that may leave a point out, at most."""
+
+
+@wp.struct
+class PlyContact:
+    """A point that may touch a triangle of a ply."""
+
+    a: wp.int32  # vertices of the triangle
+    b: wp.int32
+    c: wp.int32
+    near: wp.int32  # 1 if the point may touch before the next search
+    weights: wp.vec3d  # of a, b, c at the nearest point
+    normal: wp.vec3d  # towards the point's side
+    rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
+    allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
+    mass: wp.float64  # with which the point meets the triangle [kg]
+
+
+@wp.struct
+class PlyMemory:
+    """What the search of a point for a ply remembers; zero at first."""
+
+    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
+    wait: wp.int32  # searches until which it cannot have come near
+
+
+@wp.struct
+class PlySearch:
+    """How a search looks."""
+
+    asks: wp.int32  # 1 to ask for every point; 0 to walk from what it remembers
+    reach: wp.float64  # distance beyond the thickness that counts as near [m]
+    radius: wp.float64  # of the mesh query [m]
+    keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
+    ease: wp.float64  # by which one may shrink at most until then [m]
+
+
+@wp.func
+def waits(gap: wp.float64, reach: wp.float64) -> int:
+    """Searches that may leave out a point so far away: it comes no nearer than reach in each."""
+    return int(wp.min(gap / reach, MOST_WAITS)) - 1
+
+
+@wp.func
+def contact_gap(
+    contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp.vec3d), point: wp.vec3d
+):
+    """Gap [m] of a point to the tangent plane of its contact, penetration still allowed added."""
+    w = contact.weights
+    nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
+    offset = thickness + contact.rise - contact.allowance
+    return wp.dot(contact.normal, point - nearest) - offset
+
+
+@wp.func
+def spring_energy(
+    law: ContactLaw,
+    contact: PlyContact,
+    thickness: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    point: wp.vec3d,
+    spring: wp.vec3d,
+) -> wp.float64:
+    """Energy [J] in the penalty and stick springs of a contact."""
+    depth = wp.min(contact_gap(contact, thickness, x, point), wp.float64(0.0))
+    stiffness = law.stiffness * contact.mass
+    return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
+
+
+@wp.func
+def settled(
+    law: ContactLaw,
+    search: PlySearch,
+    contact: PlyContact,
+    thickness: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    point: wp.vec3d,
+    spring: wp.vec3d,
+    jump: wp.float64,
+    had: wp.float64,
+    budget: wp.float64,
+):
+    """What of a jump of the gap stays allowed [m], and what the springs lose by it [J].
+
+    When the gap would jump to a deeper penetration the difference is allowed for and fades, slowly
+    where it is large, so that forces stay continuous and nothing is thrown out. What fades loads
+    the spring: it is paid for by what friction and damping have taken since the last search, so
+    that no energy comes from nowhere.
+
+    Args:
+        law: contact law.
+        search: how to look.
+        contact: with its mass and plane as they are now.
+        thickness: distance from the mid-surface in contact [m].
+        x: positions [m], shape [vertex].
+        point: that touches [m].
+        spring: stick spring [m].
+        jump: by which the gap has become deeper, or 0 [m].
+        had: energy of the springs before the search [J].
+        budget: lost to friction and damping since the last search [J].
+    """
+    zero = wp.float64(0.0)
+    contact.allowance = jump
+    stays = spring_energy(law, contact, thickness, x, point, spring)
+    contact.allowance = wp.max(search.keep * jump, jump - search.ease)
+    fades = spring_energy(law, contact, thickness, x, point, spring)
+    allowance = contact.allowance
+    if fades - stays > budget:  # so far as losses pay for it: energy is convex in depth
+        allowance = jump - budget / (fades - stays) * (jump - allowance)
+    taken = zero
+    if had + budget > zero:
+        contact.allowance = allowance
+        has = spring_energy(law, contact, thickness, x, point, spring)
+        taken = wp.max(had - has, -budget)
+    return allowance, taken

@@ -1,0 +1,299 @@
+"""Contact of points of a tool that are finer than a ply's mesh with the ply's triangles.
+
+The other way round than `tool_contact`: the triangles are looked for from the tool. A slot is a
+point of a tool and a ply. A point keeps to the side of the ply from which it came.
+
+Points that press one triangle share its stiffness, which follows the triangle's own third of its
+vertices' masses: however many they are, they take no more of the step than one contact a vertex.
+"""
+
+import warp as wp
+
+from .contact import ContactLaw, contact_traction
+from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .on_ply import PlyContact, PlySearch, contact_gap, settled, spring_energy, waits
+from .surface import weighted
+
+
+@wp.struct
+class FeatureMemory:
+    """What the search of a point for a ply remembers; zero at first."""
+
+    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
+    wait: wp.int32  # searches until which it cannot have come near
+    side: wp.float64  # of the ply on which it is, +1 above; 0 while it is not near
+    before: wp.float64  # gap before the search, if below zero [m]
+    had: wp.float64  # energy of the springs before the search [J]
+    gap: wp.float64  # found by the search [m]
+
+
+@wp.struct
+class Features:
+    """Points of the tools, one tool after the other."""
+
+    points: wp.array(dtype=wp.vec3d)  # in the tool's frame [m], shape [point]
+    tools: wp.array(dtype=wp.int32)  # number of its tool, shape [point]
+    friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
+    third: wp.array(dtype=wp.float64)  # of the mass of the plies' triangles [kg], shape [triangle]
+    pressing: wp.float64  # gap below which a point may press before the next search [m]
+
+
+@wp.struct
+class SearchedPly:
+    """The ply whose triangles are searched."""
+
+    mesh: wp.uint64
+    first_triangle: wp.int32
+    half: wp.float64  # of its thickness [m]
+
+
+@wp.kernel(enable_backward=False)
+def forget_presses(
+    contacts: wp.array(dtype=PlyContact),
+    memory: wp.array(dtype=FeatureMemory),
+    presses: wp.array(dtype=wp.int32),
+):
+    """Clear the counts of the triangles that were near; one thread a slot.
+
+    Args:
+        contacts: shape [slot].
+        memory: of the searches, shape [slot].
+        presses: points that may press a triangle, shape [triangle]; cleared.
+    """
+    slot = wp.tid()
+    if contacts[slot].near == 1:
+        presses[memory[slot].seen - 1] = 0
+
+
+@wp.kernel(enable_backward=False)
+def find_features(
+    law: ContactLaw,
+    search: PlySearch,
+    features: Features,
+    facets: PlyFacets,
+    ply: SearchedPly,
+    first_slot: int,
+    tool_shift: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    normals: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
+    springs: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
+    memory: wp.array(dtype=FeatureMemory),
+    contacts: wp.array(dtype=PlyContact),
+    presses: wp.array(dtype=wp.int32),
+    deepest: wp.array(dtype=wp.float64),
+):
+    """Find the triangle of a ply that is nearest to each point of the tools; one thread a point.
+
+    Beyond a border of the ply a point touches for half a thickness more, then nothing.
+
+    Args:
+        law: contact law.
+        search: how to look.
+        features: points of the tools.
+        facets: of all plies.
+        ply: the searched one.
+        first_slot: of its contacts.
+        tool_shift: the tools' translations [m], shape [tool].
+        x: positions [m], shape [vertex].
+        normals: unit vertex normals, shape [vertex].
+        hollows: of the vertices, for walks [m], shape [vertex].
+        springs: stick springs [m], shape [slot].
+        stored: energy of the contact springs after the last step [J], shape [slot].
+        memory: of the searches, shape [slot]; updated.
+        contacts: shape [slot]; overwritten, but for mass and allowance.
+        presses: points that may press a triangle, shape [triangle]; raised.
+        deepest: largest penetration so far [m], shape [tool]; raised.
+    """
+    k = wp.tid()
+    slot = first_slot + k
+    if memory[slot].wait > 0 and search.asks == 0:
+        memory[slot].wait -= 1
+        return
+    zero = wp.float64(0.0)
+    tool = features.tools[k]
+    at = features.points[k] + tool_shift[tool]
+    side = memory[slot].side
+    before = zero
+    had = zero
+    if contacts[slot].near == 1:
+        if stored[slot] > zero:
+            had = spring_energy(law, contacts[slot], ply.half, x, at, springs[slot])
+        before = wp.min(contact_gap(contacts[slot], ply.half, x, at), zero)
+    contacts[slot].near = 0
+    memory[slot].wait = 0
+    memory[slot].side = zero
+    memory[slot].before = before
+    memory[slot].had = had
+    nearest = no_facet()
+    if search.asks == 1:
+        nearest = ask_for_nearest(facets, ply.mesh, ply.first_triangle, search.radius, x, at)
+    elif memory[slot].seen > 0:
+        nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, at)
+    memory[slot].seen = nearest.facet + 1
+    if nearest.facet < 0:
+        return
+    corners = facets.corners[nearest.facet]
+    w = nearest.weights
+    offset = nearest.offset
+    up = wp.normalize(weighted(w, normals[corners[0]], normals[corners[1]], normals[corners[2]]))
+    if side == zero:
+        side = wp.where(wp.dot(offset, up) < zero, -wp.float64(1.0), wp.float64(1.0))
+    height = side * wp.dot(offset, up)
+    if is_at_border(facets, nearest):
+        beyond = wp.length_sq(offset) - height * height
+        if beyond > ply.half * ply.half:
+            return
+    distance = wp.where(height < zero, -wp.length(offset), wp.length(offset))
+    normal = side * up
+    if wp.abs(distance) > wp.float64(1.0e-3) * ply.half:
+        normal = offset / distance
+    gap = distance - ply.half
+    if gap > search.reach:
+        memory[slot].wait = waits(gap, search.reach)
+        return
+    memory[slot].side = side
+    memory[slot].gap = gap
+    contacts[slot].near = 1
+    contacts[slot].a = corners[0]
+    contacts[slot].b = corners[1]
+    contacts[slot].c = corners[2]
+    contacts[slot].weights = w
+    contacts[slot].normal = normal
+    contacts[slot].rise = wp.dot(normal, offset) - distance
+    if gap < features.pressing:
+        wp.atomic_add(presses, nearest.facet, 1)
+    wp.atomic_max(deepest, tool, -gap)
+
+
+@wp.kernel(enable_backward=False)
+def settle_features(
+    law: ContactLaw,
+    search: PlySearch,
+    features: Features,
+    ply: SearchedPly,
+    first_slot: int,
+    tool_shift: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    springs: wp.array(dtype=wp.vec3d),
+    presses: wp.array(dtype=wp.int32),
+    memory: wp.array(dtype=FeatureMemory),
+    contacts: wp.array(dtype=PlyContact),
+    spent: wp.array(dtype=wp.float64),
+    lost: wp.array(dtype=wp.vec2d),
+):
+    """Give the contacts that a search has found their masses, and ease jumps; one thread a point.
+
+    Args:
+        law: contact law.
+        search: how to look.
+        features: points of the tools.
+        ply: the searched one.
+        first_slot: of its contacts.
+        tool_shift: the tools' translations [m], shape [tool].
+        x: positions [m], shape [vertex].
+        springs: stick springs [m], shape [slot].
+        presses: points that may press a triangle, shape [triangle].
+        memory: of the searches, shape [slot]; what it was before them is cleared.
+        contacts: shape [slot]; mass and allowance are overwritten.
+        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
+        lost: (friction, contact damping) [J], shape [slot]; accumulated.
+    """
+    k = wp.tid()
+    slot = first_slot + k
+    budget = wp.max(spent[slot], wp.float64(0.0))
+    spent[slot] = wp.float64(0.0)
+    if contacts[slot].near == 0:
+        return
+    facet = memory[slot].seen - 1
+    shared = wp.float64(wp.max(presses[facet], 1))
+    mass = features.third[facet] / (shared * wp.length_sq(contacts[slot].weights))
+    contacts[slot].mass = mass
+    at = features.points[k] + tool_shift[features.tools[k]]
+    jump = wp.max(memory[slot].before - memory[slot].gap, wp.float64(0.0))
+    had = memory[slot].had
+    allowance, taken = settled(
+        law, search, contacts[slot], ply.half, x, at, springs[slot], jump, had, budget
+    )
+    contacts[slot].allowance = allowance
+    lost[slot] += wp.vec2d(wp.float64(0.0), taken)
+
+
+@wp.kernel(enable_backward=False)
+def add_feature_forces(
+    law: ContactLaw,
+    features: Features,
+    half: wp.float64,
+    first_slot: int,
+    tool_shift: wp.array(dtype=wp.vec3d),
+    tool_velocity: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    contacts: wp.array(dtype=PlyContact),
+    springs: wp.array(dtype=wp.vec3d),
+    dashpots: wp.array(dtype=wp.float64),
+    stored: wp.array(dtype=wp.float64),
+    spent: wp.array(dtype=wp.float64),
+    lost: wp.array(dtype=wp.vec2d),
+    f: wp.array(dtype=wp.vec3d),
+    reaction: wp.array(dtype=wp.vec3d),
+):
+    """Add the forces between points of tools and the triangles of a ply; one thread a point.
+
+    Args:
+        law: contact law.
+        features: points of the tools.
+        half: of the ply's thickness [m].
+        first_slot: of its contacts.
+        tool_shift: the tools' translations [m], shape [tool].
+        tool_velocity: over the last step [m/s], shape [tool].
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        contacts: shape [slot].
+        springs: stick springs [m], shape [slot]; updated.
+        dashpots: dashpot forces [N], shape [slot]; updated.
+        stored: energy of the contact springs [J], shape [slot]; overwritten.
+        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+        lost: (friction, contact damping) [J], shape [slot]; accumulated.
+        f: forces [N], shape [vertex]; accumulated.
+        reaction: forces on the tools [N], shape [place · tool]; accumulated.
+    """
+    k = wp.tid()
+    slot = first_slot + k
+    zero = wp.float64(0.0)
+    if contacts[slot].near == 0:
+        if stored[slot] > zero:  # slid over the ply's border
+            lost[slot] += wp.vec2d(stored[slot], zero)
+            stored[slot] = zero
+            springs[slot] = wp.vec3d()
+            dashpots[slot] = zero
+        return
+    tool = features.tools[k]
+    contact = contacts[slot]
+    gap = contact_gap(contact, half, x, features.points[k] + tool_shift[tool])
+    if gap >= zero and stored[slot] == zero:
+        return
+    a = contact.a
+    b = contact.b
+    c = contact.c
+    w = contact.weights
+    t = contact_traction(
+        law,
+        contact.mass,
+        features.friction[tool],
+        gap,
+        contact.normal,
+        tool_velocity[tool] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),
+        springs[slot],
+        dashpots[slot],
+    )
+    springs[slot] = t.spring
+    dashpots[slot] = t.dashpot
+    stored[slot] = t.stored
+    spent[slot] += t.friction + t.damping
+    lost[slot] += wp.vec2d(t.friction, t.damping)
+    wp.atomic_sub(f, a, w[0] * t.force)
+    wp.atomic_sub(f, b, w[1] * t.force)
+    wp.atomic_sub(f, c, w[2] * t.force)
+    wp.atomic_add(reaction, tool, t.force)

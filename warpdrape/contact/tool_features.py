@@ -1,0 +1,196 @@
+"""Contact of what is finer of a tool than the plies' meshes with the plies' triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from warpdrape.contact.features import points_of
+from warpdrape.contact.law import contact_law
+from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.kernels.contact import on_ply
+from warpdrape.kernels.contact import tool_features as kernels
+from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.tool_features import Features, SearchedPly
+from warpdrape.setup import Setup
+from warpdrape.state import Across, Apart
+from warpdrape.timing import Timing
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureContactMemory:
+    """What it remembers; a slot is a point of a tool and a ply.
+
+    Attributes:
+        seen: of the searches, shape [slot].
+        contacts: the nearest triangle, shape [slot].
+        presses: points that may press a triangle, shape [triangle].
+        springs: friction springs [m], shape [slot].
+        dashpots: dashpot forces of the step before [N], shape [slot].
+        stored: energy in contact [J], shape [slot].
+        spent: lost to friction and damping since the last search [J], shape [slot].
+        lost: (friction, contact damping) [J], shape [slot].
+        deepest: deepest penetration of each tool [m], shape [tool].
+    """
+
+    seen: wp.array
+    contacts: wp.array
+    presses: wp.array
+    springs: wp.array
+    dashpots: wp.array
+    stored: wp.array
+    spent: wp.array
+    lost: wp.array
+    deepest: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST}
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureContact:
+    """Contact of points of the tools with the plies' triangles.
+
+    They are few: part 0 alone does them, after it has moved the tools.
+
+    Attributes:
+        device: Warp device.
+        scene: what is computed.
+        timing: the steps.
+        spans: where plies are.
+        surfaces: the plies' surfaces.
+        features: points of the tools.
+        plies: the searched plies, for the kernels.
+        law: the contact law.
+    """
+
+    device: str
+    scene: Setup
+    timing: Timing
+    spans: tuple[Span, ...]
+    surfaces: PlySurfaces
+    features: Features
+    plies: tuple[SearchedPly, ...]
+    law: ContactLaw
+    name: str = "tool features"
+    searches: str = "feature search"
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return self.features.points.shape[0]
+
+    def start(self) -> FeatureContactMemory:
+        """Nothing found yet."""
+        slots, real = self.count * len(self.plies), wp.float64
+
+        def zeros(count: int, dtype: Any) -> wp.array:
+            return wp.zeros(count, dtype=dtype, device=self.device)
+
+        return FeatureContactMemory(
+            seen=zeros(slots, kernels.FeatureMemory),
+            contacts=zeros(slots, on_ply.PlyContact),
+            presses=zeros(self.spans[-1].triangles.stop, wp.int32),
+            springs=zeros(slots, wp.vec3d),
+            dashpots=zeros(slots, real),
+            stored=zeros(slots, real),
+            spent=zeros(slots, real),
+            lost=zeros(slots, wp.vec2d),
+            deepest=zeros(len(self.scene.tools), real),
+        )
+
+    def launches(self, share: Share, bodies: Bodies, memory: FeatureContactMemory) -> Launches:
+        """All of it by part 0."""
+        if share.number > 0:
+            return Launches()
+        return Launches(
+            ask=self._search(bodies, memory, asking=True),
+            walk=self._search(bodies, memory, asking=False),
+            scatter=tuple(
+                self._forces(number, bodies, memory) for number in range(len(self.plies))
+            ),
+        )
+
+    def _search(
+        self, bodies: Bodies, memory: FeatureContactMemory, *, asking: bool
+    ) -> tuple[Launch, ...]:
+        x, shift, surfaces = bodies.plies.x, bodies.tools.shift, self.surfaces
+        inputs = [memory.contacts, memory.seen]
+        forget = Launch(kernels.forget_presses, memory.seen.size, inputs, [memory.presses])
+        find, settle = [], []
+        for number, ply in enumerate(self.plies):
+            search = ply_search(self.scene, self.timing, ply.half, asking=asking)
+            first = number * self.count
+            inputs = [self.law, search, self.features, surfaces.facets, ply, first, shift, x]
+            inputs += [surfaces.normals, surfaces.hollows, memory.springs, memory.stored]
+            outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
+            find.append(Launch(kernels.find_features, self.count, inputs, outputs))
+            inputs = [self.law, search, self.features, ply, first, shift, x]
+            inputs += [memory.springs, memory.presses]
+            outputs = [memory.seen, memory.contacts, memory.spent, memory.lost]
+            settle.append(Launch(kernels.settle_features, self.count, inputs, outputs))
+        return (forget, *find, *settle)
+
+    def _forces(self, number: int, bodies: Bodies, memory: FeatureContactMemory) -> Launch:
+        plies, tools = bodies.plies, bodies.tools
+        inputs = [self.law, self.features, self.plies[number].half, number * self.count]
+        inputs += [tools.shift, tools.velocity, plies.x, plies.v, memory.contacts]
+        kept = [memory.springs, memory.dashpots, memory.stored, memory.spent, memory.lost]
+        outputs = [*kept, plies.f, tools.reaction]
+        return Launch(kernels.add_feature_forces, self.count, inputs, outputs)
+
+    def measure(self, bodies: Bodies, memory: FeatureContactMemory) -> Measured:
+        """Energy in springs, what was lost; penetration of each tool, and the plies it touched."""
+        friction, damping = memory.lost.numpy().sum(axis=0)
+        touched = memory.lost.numpy().any(axis=1).reshape(len(self.plies), -1).any(axis=1)
+        return Measured(
+            {"contact": float(memory.stored.numpy().sum())},
+            {"friction": float(friction), "contact damping": float(damping)},
+            entries={
+                "tools": [{"max_penetration_m": float(d)} for d in memory.deepest.numpy()],
+            },
+            touched=frozenset(np.flatnonzero(touched).tolist()),
+        )
+
+
+def build(
+    scene: Setup,
+    spans: tuple[Span, ...],
+    timing: Timing,
+    mass: wp.array,
+    surfaces: PlySurfaces | None,
+    device: str,
+) -> FeatureContact | None:
+    """Put the tools' points on a device; None where vertices feel all of the tools.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex]; it is the triangles' that count here.
+        surfaces: the plies' surfaces.
+        device: Warp device.
+    """
+    points = points_of(scene)
+    if not any(map(len, points)):
+        return None
+    features = Features()
+    features.points = wp.array(np.concatenate(points), dtype=wp.vec3d, device=device)
+    tools = np.repeat(np.arange(len(points)), [len(each) for each in points])
+    features.tools = wp.array(tools, dtype=wp.int32, device=device)
+    friction = [scene.friction_of(tool) for tool in scene.tools]
+    features.friction = wp.array(friction, dtype=wp.float64, device=device)
+    third = [ply.fabric.areal_density * ply.mesh.areas / 3.0 for ply in scene.plies]
+    features.third = wp.array(np.concatenate(third), dtype=wp.float64, device=device)
+    features.pressing = scene.numerics.search_slide
+    plies = []
+    for ply, span, mesh in zip(scene.plies, spans, surfaces.meshes, strict=True):
+        searched = SearchedPly()
+        searched.mesh = mesh.id
+        searched.first_triangle = span.first_triangle
+        searched.half = 0.5 * ply.fabric.thickness
+        plies.append(searched)
+    law = contact_law(scene, timing.time_step)
+    return FeatureContact(device, scene, timing, spans, surfaces, features, tuple(plies), law)
