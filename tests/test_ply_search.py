@@ -22,12 +22,10 @@ from warpdrape.timing import peak_speed
 THICKNESS = 6e-4
 
 
-def of_pair(model, pair):
-    """Slices of the searching ply's vertices and of its slots, and the searched ply's facets."""
-    searching, searched = model.spans[pair.searching], model.spans[pair.searched]
-    corners = contact_of(model).surfaces.facets.corners.numpy()[searched.triangles]
-    slots = slice(pair.first_slot, pair.first_slot + searching.vertex_count)
-    return searching.vertices, slots, corners
+def of_look(model, look):
+    """Slices of the searching ply's vertices, and of its slots."""
+    searching = model.spans[look.searching]
+    return searching.vertices, slice(look.first_slot, look.first_slot + searching.vertex_count)
 
 
 def contact_of(model):
@@ -43,25 +41,30 @@ def gaps(model, state):
     """Gap [m] of every slot's contact, infinite where none is near."""
     x, contacts = state.plies.x.numpy(), memory_of(model, state).contacts.numpy()
     found = np.full(len(contacts), np.inf)
-    for pair in contact_of(model).pairs:
-        vertices, slots, _ = of_pair(model, pair)
+    for look in contact_of(model).looks:
+        vertices, slots = of_look(model, look)
         kept = contacts[slots]
         at = np.stack([x[kept[name]] for name in "abc"], axis=1)
         nearest = (kept["weights"][:, :, None] * at).sum(axis=1)
         height = ((x[vertices] - nearest) * kept["normal"]).sum(axis=1)
-        gap = height - pair.faces.thickness - kept["rise"]
+        gap = height - kept["thickness"] - kept["rise"]
         found[slots] = np.where(kept["near"] == 1, gap, np.inf)
     return found
 
 
 def nearest_facets(model, state):
-    """Distance [m] of every slot's vertex from the other ply, by brute force."""
-    x = state.plies.x.numpy()
-    distances = np.zeros(len(memory_of(model, state).contacts.numpy()))
-    for pair in contact_of(model).pairs:
-        vertices, slots, corners = of_pair(model, pair)
-        nearest, _, _ = nearest_on_triangles(x[vertices], x[corners], k=len(corners))
-        distances[slots] = np.linalg.norm(x[vertices] - nearest, axis=1)
+    """Distance [m] of every slot's vertex from the ply that it saw last, by brute force."""
+    x, memory = state.plies.x.numpy(), memory_of(model, state).seen.numpy()
+    distances = np.full(len(memory), np.inf)
+    facets = contact_of(model).surfaces.facets.corners.numpy()
+    for look in contact_of(model).looks:
+        vertices, slots = of_look(model, look)
+        seen = memory["ply"][slots] - 1
+        for ply in np.unique(seen[seen >= 0]):
+            corners = x[facets[model.spans[ply].triangles]]
+            points = x[vertices][seen == ply]
+            nearest, _, _ = nearest_on_triangles(points, corners, k=len(corners))
+            distances[slots][seen == ply] = np.linalg.norm(points - nearest, axis=1)
     return distances
 
 
@@ -70,8 +73,8 @@ def remembered(model, state):
     x, memory = state.plies.x.numpy(), memory_of(model, state).seen.numpy()
     distances = np.full(len(memory), np.inf)
     corners = contact_of(model).surfaces.facets.corners.numpy()
-    for pair in contact_of(model).pairs:
-        vertices, slots, _ = of_pair(model, pair)
+    for look in contact_of(model).looks:
+        vertices, slots = of_look(model, look)
         seen = memory["seen"][slots]
         for k in np.flatnonzero(seen > 0):
             point, facet = x[vertices][[k]], x[corners[seen[[k]] - 1]]
@@ -280,8 +283,8 @@ def test_what_a_jump_allowed_is_pushed_out_slowly_where_it_is_deep(depth, device
     interval = model.timing.search_every * model.timing.time_step
     slowest = PUSH_OUT * peak_speed(scene) * interval
     share = np.exp(-interval / FADING)
-    slots = contact_of(model).pairs[1].first_slot + inner
-    assert contact_of(model).pairs[1].searching == 1
+    slots = contact_of(model).looks[1].first_slot + inner
+    assert contact_of(model).looks[1].searching == 1
     memory, allowed = memory_of(model, state), np.full(len(inner), depth)
     for _ in range(3):  # nothing pays for pushing it out
         stepping.search_contacts(model, state)
@@ -308,7 +311,7 @@ def test_pushing_out_takes_no_more_than_is_paid(device):
     state.plies.x.assign(deep)
     memory, contact = memory_of(model, state), contact_of(model)
     stepping.search_contacts(model, state)
-    slots = contact.pairs[1].first_slot + inner
+    slots = contact.looks[1].first_slot + inner
     budget = 1e-12  # J, less than the whole would take
     for _ in range(2):
         memory.spent.fill_(budget)
@@ -319,3 +322,58 @@ def test_pushing_out_takes_no_more_than_is_paid(device):
     held = 0.5 * contact.law.stiffness * found["mass"] * (1e-4 - found["allowance"]) ** 2
     assert (held > 0.0).all()
     assert (held <= budget * (1.0 + 1e-6)).all()
+
+
+def laid_up(device, widths):
+    """Plies of several widths on each other, and what their contact found at the first search."""
+    blanks = [
+        Ply.rectangle(f"p{n}", "carbon_interlock", width, cells=max(int(width / 0.01), 1))
+        for n, width in enumerate(widths)
+    ]
+    model = build_model(Scene(name="s", plies=lay_up(blanks), duration=1e-3), device, frames=1)
+    state = initial_state(model)
+    stepping.search_contacts(model, state)
+    return model, state, memory_of(model, state)
+
+
+def test_vertices_meet_the_next_ply_that_covers_them(device):
+    """A small ply between two wide ones: beside it these see each other, over it they do not."""
+    model, _, memory = laid_up(device, (0.12, 0.04, 0.12))
+    points = model.rest.numpy()
+    for look in contact_of(model).looks:
+        if look.searching == 1:
+            continue
+        vertices, slots = of_look(model, look)
+        away = np.abs(points[vertices][:, :2]).max(axis=1)
+        seen = memory.seen.numpy()["ply"][slots] - 1
+        assert (seen[away < 0.019] == 1).all()
+        assert (seen[away > 0.021] == 2 - look.searching).all()
+
+
+def test_memory_and_launches_grow_with_the_plies_not_their_pairs():
+    sizes = []
+    for count in (4, 8):
+        model, state, memory = laid_up("cpu", (0.03,) * count)
+        (whole,) = stepping.split(model, state, 1)
+        launches = whole.launches
+        assert len(contact_of(model).looks) == 2 * (count - 1)
+        sizes.append((memory.contacts.size, len(launches.ask), len(launches.scatter)))
+    for few, many in zip(*sizes, strict=True):
+        assert many <= 2.5 * few
+
+
+def test_a_ply_that_loses_the_one_between_lies_on_the_next(device):
+    """The small ply is taken away: the wide one above it falls and comes to rest on the lowest."""
+    model, state, memory = laid_up(device, (0.12, 0.04, 0.12))
+    first = model.spans[2].first_vertex
+    x = state.plies.x.numpy()
+    x[model.spans[1].vertices, 0] += 1.0
+    x[first:, 2] = x[0, 2] + THICKNESS + 1e-5
+    state.plies.x.assign(x)
+    stepping.search_contacts(model, state)
+    (look,) = (look for look in contact_of(model).looks if look.searching == 2)
+    _, slots = of_look(model, look)
+    inner = np.abs(model.rest.numpy()[first:, :2]).max(axis=1) < 0.055
+    assert (memory.seen.numpy()["ply"][slots][inner] == 1).all()
+    gap = gaps(model, state)[slots][inner]
+    np.testing.assert_allclose(gap, 1e-5, atol=1e-9)

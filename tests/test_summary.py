@@ -183,13 +183,16 @@ def test_interfaces_name_whose_vertices_slip_on_what(stack):
     counts = [len(ply.mesh.vertices) for ply in stack.scene.plies]
     slip = np.repeat([1e-3, 2e-3], counts)  # those of the lower ply's vertices come first
     slip[0] = 5e-3
-    deepest = np.array([1e-5, 2e-5])
+    deepest = np.array([0.0, 1e-5, 2e-5, 0.0])  # of the lower into the upper, and back
     state = initial_state(stack)
     contact, memory = of_kind(stack, state, PlyContact)
     for array, values in zip(
         (memory.slip, memory.deepest, memory.jump), (slip, deepest, 2.0 * deepest), strict=True
     ):
         array.assign(values)
+    seen = memory.seen.numpy()
+    seen["ply"] = np.repeat([2, 1], counts)  # counted from one
+    memory.seen.assign(seen)
     measured = contact.measure(bodies_of(state), memory)
     first, second = summary_of(stack, [measured])["interfaces"]
     assert (first["vertices_of"], first["on"]) == ("lower", "upper")

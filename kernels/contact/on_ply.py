@@ -24,6 +24,7 @@ class PlyContact:
     rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
     mass: wp.float64  # with which the point meets the triangle [kg]
+    thickness: wp.float64  # from the mid-surface in contact [m]
 
 
 @wp.struct
@@ -32,6 +33,7 @@ class PlyMemory:
 
     seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
     wait: wp.int32  # searches until which it cannot have come near
+    ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
 
 
 @wp.struct
@@ -52,13 +54,11 @@ def waits(gap: wp.float64, reach: wp.float64) -> int:
 
 
 @wp.func
-def contact_gap(
-    contact: PlyContact, thickness: wp.float64, x: wp.array(dtype=wp.vec3d), point: wp.vec3d
-):
+def contact_gap(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3d):
     """Gap [m] of a point to the tangent plane of its contact, penetration still allowed added."""
     w = contact.weights
     nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
-    offset = thickness + contact.rise - contact.allowance
+    offset = contact.thickness + contact.rise - contact.allowance
     return wp.dot(contact.normal, point - nearest) - offset
 
 
@@ -66,13 +66,12 @@ def contact_gap(
 def spring_energy(
     law: ContactLaw,
     contact: PlyContact,
-    thickness: wp.float64,
     x: wp.array(dtype=wp.vec3d),
     point: wp.vec3d,
     spring: wp.vec3d,
 ) -> wp.float64:
     """Energy [J] in the penalty and stick springs of a contact."""
-    depth = wp.min(contact_gap(contact, thickness, x, point), wp.float64(0.0))
+    depth = wp.min(contact_gap(contact, x, point), wp.float64(0.0))
     stiffness = law.stiffness * contact.mass
     return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
 
@@ -82,7 +81,6 @@ def settled(
     law: ContactLaw,
     search: PlySearch,
     contact: PlyContact,
-    thickness: wp.float64,
     x: wp.array(dtype=wp.vec3d),
     point: wp.vec3d,
     spring: wp.vec3d,
@@ -101,7 +99,6 @@ def settled(
         law: contact law.
         search: how to look.
         contact: with its mass and plane as they are now.
-        thickness: distance from the mid-surface in contact [m].
         x: positions [m], shape [vertex].
         point: that touches [m].
         spring: stick spring [m].
@@ -111,15 +108,15 @@ def settled(
     """
     zero = wp.float64(0.0)
     contact.allowance = jump
-    stays = spring_energy(law, contact, thickness, x, point, spring)
+    stays = spring_energy(law, contact, x, point, spring)
     contact.allowance = wp.max(search.keep * jump, jump - search.ease)
-    fades = spring_energy(law, contact, thickness, x, point, spring)
+    fades = spring_energy(law, contact, x, point, spring)
     allowance = contact.allowance
     if fades - stays > budget:  # so far as losses pay for it: energy is convex in depth
         allowance = jump - budget / (fades - stays) * (jump - allowance)
     taken = zero
     if had + budget > zero:
         contact.allowance = allowance
-        has = spring_energy(law, contact, thickness, x, point, spring)
+        has = spring_energy(law, contact, x, point, spring)
         taken = wp.max(had - has, -budget)
     return allowance, taken

@@ -1,26 +1,102 @@
 """Contact between plies: each ply's vertices against the other's triangles, stacking order kept.
 
 `find_ply_contacts` runs every few steps and finds the nearest triangle; `add_ply_forces` runs every
-step on the weights and normal it found there. A contact is a vertex of one ply and a triangle of
-another; `side` is +1 where the vertex's ply lies above the triangle's, and never changes.
+step on the weights and normal it found there. A slot is a vertex and the plies above it, or below:
+its contact is with a triangle of one of them. The stacking order never changes.
 """
 
 import warp as wp
 
 from .contact import ContactLaw, contact_traction
-from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .facets import (
+    NearestFacet,
+    PlyFacets,
+    ask_for_nearest,
+    is_at_border,
+    no_facet,
+    walk_to_nearest,
+)
 from .on_ply import PlyContact, PlyMemory, PlySearch, contact_gap, settled, spring_energy, waits
 from .surface import facet_slope, weighted
 
 
 @wp.struct
-class PlyFaces:
-    """The ply whose triangles are searched."""
+class PlyStack:
+    """The plies that are searched, from the lowest to the highest."""
 
-    mesh: wp.uint64
-    first_triangle: wp.int32
-    side: wp.float64  # +1: searched from above, −1: from below
-    thickness: wp.float64  # m between the mid-surfaces in contact
+    meshes: wp.array(dtype=wp.uint64)  # shape [ply]
+    first_triangle: wp.array(dtype=wp.int32)  # shape [ply]
+    half: wp.array(dtype=wp.float64)  # of the thickness [m], shape [ply]
+
+
+@wp.struct
+class PlyPlane:
+    """Tangent plane of a ply near a vertex of another."""
+
+    normal: wp.vec3d  # towards the vertex's side
+    gap: wp.float64  # m
+    rise: wp.float64  # of the plane over the nearest point, less the thickness [m]
+    beyond: wp.int32  # 1 past the ply's border, 2 where it is left alone there
+
+
+@wp.func
+def plane_of(
+    facets: PlyFacets,
+    nearest: NearestFacet,
+    side: wp.float64,
+    thickness: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    normals: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
+) -> PlyPlane:
+    """Plane of a ply at the place nearest to a vertex.
+
+    The gap is the distance to the facet. On the hollow side of a bent ply there is room besides for
+    the arcs that its chords cut off: else a vertex of the inner ply would lift the chords of the
+    outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
+    past the mid-surface, so that a vertex that has slid off climbs back onto the right side.
+
+    Args:
+        facets: of all plies.
+        nearest: the place.
+        side: +1 for a vertex above the ply, −1 for one below.
+        thickness: of the mid-surfaces in contact [m].
+        x: positions [m], shape [vertex].
+        normals: unit vertex normals, shape [vertex].
+        hollows: room on the hollow sides, above and below [m], shape [vertex].
+    """
+    plane = PlyPlane()
+    corners = facets.corners[nearest.facet]
+    a = corners[0]
+    b = corners[1]
+    c = corners[2]
+    w = nearest.weights
+    offset = nearest.offset
+    outward = side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
+    height = wp.dot(offset, outward)
+    aside = offset - height * outward
+    beyond = wp.length(aside)
+    face = wp.where(side > wp.float64(0.0), 0, 1)
+    room = wp.vec3d(hollows[a][face], hollows[b][face], hollows[c][face])
+    over = thickness - wp.dot(w, room)
+    plane.normal = outward
+    plane.gap = height - over
+    if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
+        plane.beyond = 1
+        if height < -wp.float64(0.5) * thickness:
+            plane.beyond = 2
+        if beyond > thickness:
+            plane.normal = wp.normalize(outward + aside / beyond)
+            plane.gap = (height + beyond - over - thickness) * wp.dot(plane.normal, outward)
+    else:
+        distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
+        straight = outward
+        if wp.abs(distance) > wp.float64(1.0e-3) * thickness:
+            straight = offset / distance
+        plane.normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
+        plane.gap = distance - over
+    plane.rise = wp.dot(plane.normal, offset) - plane.gap - thickness
+    return plane
 
 
 @wp.func
@@ -38,16 +114,17 @@ def find_ply_contacts(
     law: ContactLaw,
     search: PlySearch,
     facets: PlyFacets,
-    faces: PlyFaces,
-    pair: int,
+    stack: PlyStack,
+    searching: int,
+    way: int,
     first_vertex: int,
     first_slot: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
-    springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    springs: wp.array(dtype=wp.vec3d),
     spent: wp.array(dtype=wp.float64),
     memory: wp.array(dtype=PlyMemory),
     contacts: wp.array(dtype=PlyContact),
@@ -55,12 +132,11 @@ def find_ply_contacts(
     deepest: wp.array(dtype=wp.float64),
     largest_jump: wp.array(dtype=wp.float64),
 ):
-    """Find the nearest triangle of another ply; one thread a vertex.
+    """Find the nearest triangle of the next ply above or below; one thread a vertex.
 
-    The gap is the distance to the facet. On the hollow side of a bent ply there is room besides for
-    the arcs that its chords cut off: else a vertex of the inner ply would lift the chords of the
-    outer one. Beyond a border the surface goes on flat for a thickness, then as a ramp of 45° down
-    past the mid-surface, so that a vertex that has slid off climbs back onto the right side.
+    Where that ply does not cover a vertex, those beyond it are asked, up to one that does: the ply
+    with the least gap counts. So each vertex touches one ply above and one below at most, however
+    high the stack.
 
     When the gap would jump to a deeper penetration (facets change, a vertex comes back over a
     border) the difference is allowed for (`settled`); where it jumps out, what the springs lose
@@ -71,22 +147,24 @@ def find_ply_contacts(
         law: contact law.
         search: how to look.
         facets: of all plies.
-        faces: the searched ply.
-        pair: number of the pair of plies.
+        stack: the plies.
+        searching: number of the ply whose vertices these are.
+        way: +1 to look at the plies above, −1 below.
         first_vertex: of the searching ply.
-        first_slot: where its contacts with the searched ply are kept.
+        first_slot: where its contacts with those plies are kept.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: room on the hollow sides, above and below [m], shape [vertex].
-        springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
+        springs: stick springs [m], shape [slot]; let go where another ply is met.
         spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
         memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        deepest: largest penetration so far [m], what is allowed included, shape [pair]; raised.
-        largest_jump: largest penetration allowed so far [m], shape [pair]; raised.
+        deepest: largest penetration so far [m], what is allowed included, shape [ply · ply];
+            raised.
+        largest_jump: largest penetration allowed so far [m], shape [ply · ply]; raised.
     """
     thread = wp.tid()
     i = first_vertex + thread
@@ -99,66 +177,68 @@ def find_ply_contacts(
     had = wp.float64(0.0)
     if contacts[slot].near == 1:
         if stored[slot] > wp.float64(0.0):
-            had = spring_energy(law, contacts[slot], faces.thickness, x, x[i], springs[slot])
-        before = wp.min(contact_gap(contacts[slot], faces.thickness, x, x[i]), before)
+            had = spring_energy(law, contacts[slot], x, x[i], springs[slot])
+        before = wp.min(contact_gap(contacts[slot], x, x[i]), before)
     contacts[slot].near = 0
     budget = wp.max(spent[slot], wp.float64(0.0))
     spent[slot] = wp.float64(0.0)
+    side = -wp.float64(way)
     nearest = no_facet()
+    plane = PlyPlane()
+    plane.beyond = 2
+    met = memory[slot].ply - 1
     if search.asks == 1:
-        first = faces.first_triangle
-        nearest = ask_for_nearest(facets, faces.mesh, first, search.radius, x, x[i])
+        count = stack.half.shape[0]
+        ply = searching + way
+        met = ply
+        while ply >= 0 and ply < count:
+            first = stack.first_triangle[ply]
+            there = ask_for_nearest(facets, stack.meshes[ply], first, search.radius, x, x[i])
+            if there.facet >= 0:
+                thickness = stack.half[searching] + stack.half[ply]
+                other = plane_of(facets, there, side, thickness, x, normals, hollows)
+                if nearest.facet < 0 or (
+                    other.beyond < 2 and (plane.beyond == 2 or other.gap < plane.gap)
+                ):
+                    nearest = there
+                    plane = other
+                    met = ply
+                if other.beyond == 0:
+                    ply = wp.where(way > 0, count, -1)
+            ply += way
     elif memory[slot].seen > 0:
         nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
+        thickness = stack.half[searching] + stack.half[met]
+        plane = plane_of(facets, nearest, side, thickness, x, normals, hollows)
     memory[slot].seen = nearest.facet + 1
     if nearest.facet < 0:
         return
-    corners = facets.corners[nearest.facet]
-    a = corners[0]
-    b = corners[1]
-    c = corners[2]
-    w = nearest.weights
-    offset = nearest.offset
-    outward = faces.side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
-    height = wp.dot(offset, outward)
-    aside = offset - height * outward
-    beyond = wp.length(aside)
-    face = wp.where(faces.side > wp.float64(0.0), 0, 1)
-    room = wp.vec3d(hollows[a][face], hollows[b][face], hollows[c][face])
-    over = faces.thickness - wp.dot(w, room)
-    normal = outward
-    gap = height - over
-    if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
-        if height < -wp.float64(0.5) * faces.thickness:
-            return
-        if beyond > faces.thickness:
-            normal = wp.normalize(outward + aside / beyond)
-            gap = (height + beyond - over - faces.thickness) * wp.dot(normal, outward)
-    else:
-        distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
-        straight = outward
-        if wp.abs(distance) > wp.float64(1.0e-3) * faces.thickness:
-            straight = offset / distance
-        normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
-        gap = distance - over
-    rise = wp.dot(normal, offset) - gap - faces.thickness
+    if memory[slot].ply != met + 1:
+        springs[slot] = wp.vec3d()
+        memory[slot].ply = met + 1
+    if plane.beyond == 2:
+        return
+    gap = plane.gap
     if gap > search.reach:
         memory[slot].wait = waits(gap, search.reach)
         return
+    corners = facets.corners[nearest.facet]
     contacts[slot].near = 1
-    contacts[slot].a = a
-    contacts[slot].b = b
-    contacts[slot].c = c
-    contacts[slot].weights = w
-    contacts[slot].normal = normal
-    contacts[slot].rise = rise
-    contacts[slot].mass = effective_mass(mass, corners, w, i)
+    contacts[slot].a = corners[0]
+    contacts[slot].b = corners[1]
+    contacts[slot].c = corners[2]
+    contacts[slot].weights = nearest.weights
+    contacts[slot].normal = plane.normal
+    contacts[slot].rise = plane.rise
+    contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
+    contacts[slot].thickness = stack.half[searching] + stack.half[met]
     jump = wp.max(before - gap, wp.float64(0.0))
     allowance, taken = settled(
-        law, search, contacts[slot], faces.thickness, x, x[i], springs[slot], jump, had, budget
+        law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
     lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
+    pair = searching * stack.half.shape[0] + met
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
 
@@ -167,7 +247,6 @@ def find_ply_contacts(
 def add_ply_forces(
     law: ContactLaw,
     friction: wp.float64,
-    thickness: wp.float64,
     first_vertex: int,
     first_slot: int,
     x: wp.array(dtype=wp.vec3d),
@@ -186,9 +265,8 @@ def add_ply_forces(
     Args:
         law: contact law.
         friction: μ between the plies [-].
-        thickness: distance of the mid-surfaces in contact [m].
         first_vertex: of the searching ply.
-        first_slot: of its contacts with the other ply.
+        first_slot: of its contacts with the plies above or below.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: shape [slot].
@@ -211,7 +289,7 @@ def add_ply_forces(
             dashpots[slot] = wp.float64(0.0)
         return
     contact = contacts[slot]
-    gap = contact_gap(contact, thickness, x, x[i])
+    gap = contact_gap(contact, x, x[i])
     if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
         return
     a = contact.a

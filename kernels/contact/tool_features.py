@@ -119,8 +119,8 @@ def find_features(
     had = zero
     if contacts[slot].near == 1:
         if stored[slot] > zero:
-            had = spring_energy(law, contacts[slot], ply.half, x, at, springs[slot])
-        before = wp.min(contact_gap(contacts[slot], ply.half, x, at), zero)
+            had = spring_energy(law, contacts[slot], x, at, springs[slot])
+        before = wp.min(contact_gap(contacts[slot], x, at), zero)
     contacts[slot].near = 0
     memory[slot].wait = 0
     memory[slot].side = zero
@@ -162,6 +162,7 @@ def find_features(
     contacts[slot].weights = w
     contacts[slot].normal = normal
     contacts[slot].rise = wp.dot(normal, offset) - distance
+    contacts[slot].thickness = ply.half
     if gap < features.pressing:
         wp.atomic_add(presses, nearest.facet, 1)
     wp.atomic_max(deepest, tool, -gap)
@@ -172,7 +173,6 @@ def settle_features(
     law: ContactLaw,
     search: PlySearch,
     features: Features,
-    ply: SearchedPly,
     first_slot: int,
     tool_shift: wp.array(dtype=wp.vec3d),
     x: wp.array(dtype=wp.vec3d),
@@ -189,8 +189,7 @@ def settle_features(
         law: contact law.
         search: how to look.
         features: points of the tools.
-        ply: the searched one.
-        first_slot: of its contacts.
+        first_slot: of the contacts with the searched ply.
         tool_shift: the tools' translations [m], shape [tool].
         x: positions [m], shape [vertex].
         springs: stick springs [m], shape [slot].
@@ -213,9 +212,7 @@ def settle_features(
     at = features.points[k] + tool_shift[features.tools[k]]
     jump = wp.max(memory[slot].before - memory[slot].gap, wp.float64(0.0))
     had = memory[slot].had
-    allowance, taken = settled(
-        law, search, contacts[slot], ply.half, x, at, springs[slot], jump, had, budget
-    )
+    allowance, taken = settled(law, search, contacts[slot], x, at, springs[slot], jump, had, budget)
     contacts[slot].allowance = allowance
     lost[slot] += wp.vec2d(wp.float64(0.0), taken)
 
@@ -224,7 +221,6 @@ def settle_features(
 def add_feature_forces(
     law: ContactLaw,
     features: Features,
-    half: wp.float64,
     first_slot: int,
     tool_shift: wp.array(dtype=wp.vec3d),
     tool_velocity: wp.array(dtype=wp.vec3d),
@@ -244,7 +240,6 @@ def add_feature_forces(
     Args:
         law: contact law.
         features: points of the tools.
-        half: of the ply's thickness [m].
         first_slot: of its contacts.
         tool_shift: the tools' translations [m], shape [tool].
         tool_velocity: over the last step [m/s], shape [tool].
@@ -271,7 +266,7 @@ def add_feature_forces(
         return
     tool = features.tools[k]
     contact = contacts[slot]
-    gap = contact_gap(contact, half, x, features.points[k] + tool_shift[tool])
+    gap = contact_gap(contact, x, features.points[k] + tool_shift[tool])
     if gap >= zero and stored[slot] == zero:
         return
     a = contact.a

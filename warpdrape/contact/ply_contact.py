@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
 import warp as wp
 
 from warpdrape.contact.law import contact_law
@@ -13,34 +14,30 @@ from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import ContactLaw
-from warpdrape.kernels.contact.ply_contact import PlyFaces
+from warpdrape.kernels.contact.ply_contact import PlyStack
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
 from warpdrape.timing import Timing
 
 
-@dataclass(frozen=True, eq=False)
-class PlyPair:
-    """Vertices of one ply that may meet the triangles of another.
+@dataclass(frozen=True)
+class PlyLook:
+    """Vertices of one ply that look for the plies above it, or below.
 
     Attributes:
-        number: of the pair.
-        searching: index of the ply whose vertices are looked at.
-        searched: index of the ply whose triangles are.
+        searching: number of the ply whose vertices look.
+        way: +1 up, −1 down.
         first_slot: where these contacts begin.
-        faces: the searched ply for the kernels.
     """
 
-    number: int
     searching: int
-    searched: int
+    way: int
     first_slot: int
-    faces: PlyFaces
 
 
 @dataclass(frozen=True, eq=False)
 class PlyMemory:
-    """What contact between plies remembers; a slot is a vertex and another ply.
+    """What contact between plies remembers; a slot is a vertex and the plies on one side of it.
 
     Attributes:
         seen: the triangle last seen, shape [slot].
@@ -50,8 +47,8 @@ class PlyMemory:
         stored: energy in contact [J], shape [slot].
         slip: way slid [m], shape [slot].
         spent: lost to friction and damping since the last search [J], shape [slot].
-        deepest: deepest penetration of each pair [m], shape [pair].
-        jump: largest penetration of each pair that a jump of the gap allowed [m], shape [pair].
+        deepest: deepest penetration of each ply's vertices into each ply [m], shape [ply · ply].
+        jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
     seen: wp.array
@@ -77,7 +74,8 @@ class PlyContact:
         spans: where plies are.
         mass: vertex masses [kg], shape [vertex].
         surfaces: the plies' surfaces.
-        pairs: directed pairs of plies that may touch.
+        stack: the plies, for the kernels.
+        looks: whose vertices look which way.
         law: the contact law.
     """
 
@@ -87,15 +85,16 @@ class PlyContact:
     spans: tuple[Span, ...]
     mass: wp.array
     surfaces: PlySurfaces
-    pairs: tuple[PlyPair, ...]
+    stack: PlyStack
+    looks: tuple[PlyLook, ...]
     law: ContactLaw
     name: str = "ply contact"
     searches: str = "ply search"
 
     def start(self) -> PlyMemory:
         """Nothing found yet."""
-        pairs, real = len(self.pairs), wp.float64
-        slots = sum(self.spans[pair.searching].vertex_count for pair in self.pairs)
+        pairs, real = len(self.scene.plies) ** 2, wp.float64
+        slots = sum(self.spans[look.searching].vertex_count for look in self.looks)
 
         def zeros(count: int, dtype: Any) -> wp.array:
             return wp.zeros(count, dtype=dtype, device=self.device)
@@ -114,45 +113,44 @@ class PlyContact:
 
     def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
-        looks = [(pair, run) for pair in self.pairs for run in share.by_ply[pair.searching]]
+        looks = [(look, run) for look in self.looks for run in share.by_ply[look.searching]]
         return Launches(
             ask=tuple(self._find(*look, bodies.plies, memory, asking=True) for look in looks),
             walk=tuple(self._find(*look, bodies.plies, memory, asking=False) for look in looks),
             scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
         )
 
-    def _slot(self, pair: PlyPair, run: Run) -> int:
-        return run.first + pair.first_slot - self.spans[pair.searching].first_vertex
+    def _slot(self, look: PlyLook, run: Run) -> int:
+        return run.first + look.first_slot - self.spans[look.searching].first_vertex
 
     def _find(
-        self, pair: PlyPair, run: Run, plies: PlyState, memory: PlyMemory, *, asking: bool
+        self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory, *, asking: bool
     ) -> Launch:
         inputs = [
             self.law,
-            ply_search(self.scene, self.timing, pair.faces.thickness, asking=asking),
+            ply_search(self.scene, self.timing, thickest(self.scene), asking=asking),
             self.surfaces.facets,
-            pair.faces,
-            pair.number,
+            self.stack,
+            look.searching,
+            look.way,
             run.first,
-            self._slot(pair, run),
+            self._slot(look, run),
             self.mass,
             plies.x,
             self.surfaces.normals,
             self.surfaces.hollows,
-            memory.springs,
             memory.stored,
         ]
-        seen = [memory.spent, memory.seen, memory.contacts]
+        seen = [memory.springs, memory.spent, memory.seen, memory.contacts]
         outputs = [*seen, plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_ply_contacts, run.count, inputs, outputs)
 
-    def _forces(self, pair: PlyPair, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
+    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
         inputs = [
             self.law,
             self.scene.ply_friction,
-            pair.faces.thickness,
             run.first,
-            self._slot(pair, run),
+            self._slot(look, run),
             plies.x,
             plies.v,
             memory.contacts,
@@ -163,24 +161,45 @@ class PlyContact:
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
         """Energy in contact springs and friction springs; slip and penetration of each pair."""
-        slip, deepest = memory.slip.numpy(), memory.deepest.numpy()
-        jump, plies = memory.jump.numpy(), self.scene.plies
-        entries = []
-        for pair in self.pairs:
-            count = self.spans[pair.searching].vertex_count
-            of_pair = slip[pair.first_slot : pair.first_slot + count]
-            entries.append(
-                {
-                    "vertices_of": plies[pair.searching].name,
-                    "on": plies[pair.searched].name,
-                    "max_slip_m": float(of_pair.max()),
-                    "mean_slip_m": float(of_pair.mean()),
-                    "max_penetration_m": float(deepest[pair.number]),
-                    "max_gap_jump_m": float(jump[pair.number]),
-                }
-            )
         stored = float(memory.stored.numpy().sum())
-        return Measured({"contact": stored}, entries={"interfaces": entries})
+        return Measured({"contact": stored}, entries={"interfaces": self._interfaces(memory)})
+
+    def _interfaces(self, memory: PlyMemory) -> list[dict[str, Any]]:
+        """An entry for vertices of each ply on each ply that is next to it, or that they met.
+
+        What a vertex has slid counts for the ply that it saw last.
+        """
+        names, count = [ply.name for ply in self.scene.plies], len(self.scene.plies)
+        slip, seen = memory.slip.numpy(), memory.seen.numpy()["ply"] - 1
+        deepest = memory.deepest.numpy().reshape(count, count)
+        jump = memory.jump.numpy().reshape(count, count)
+        entries = []
+        for look in self.looks:
+            vertices = self.spans[look.searching].vertex_count
+            slots = slice(look.first_slot, look.first_slot + vertices)
+            next_one = look.searching + look.way
+            last = count if look.way > 0 else -1
+            for other in range(next_one, last, look.way):
+                way = np.where(seen[slots] == other, slip[slots], 0.0)
+                pair = (look.searching, other)
+                if other != next_one and not (way.any() or deepest[pair] > 0.0):
+                    continue
+                entries.append(
+                    {
+                        "vertices_of": names[look.searching],
+                        "on": names[other],
+                        "max_slip_m": float(way.max()),
+                        "mean_slip_m": float(way.mean()),
+                        "max_penetration_m": float(deepest[pair]),
+                        "max_gap_jump_m": float(jump[pair]),
+                    }
+                )
+        return entries
+
+
+def thickest(scene: Setup) -> float:
+    """Largest distance of mid-surfaces in contact [m]."""
+    return max(ply.fabric.thickness for ply in scene.plies)
 
 
 def build(
@@ -210,22 +229,28 @@ def build(
         spans,
         mass,
         surfaces,
-        _pairs(scene, surfaces.meshes, spans),
+        _stack(scene, surfaces, spans),
+        _looks(spans),
         contact_law(scene, timing.time_step),
     )
 
 
-def _pairs(scene: Setup, meshes: tuple[wp.Mesh, ...], spans: tuple[Span, ...]) -> tuple:
-    pairs, slot = [], 0
-    for searching, ply in enumerate(scene.plies):
-        for searched, other in enumerate(scene.plies):
-            if searching == searched:
-                continue
-            faces = PlyFaces()
-            faces.mesh = meshes[searched].id
-            faces.first_triangle = spans[searched].first_triangle
-            faces.side = 1.0 if searching > searched else -1.0
-            faces.thickness = 0.5 * (ply.fabric.thickness + other.fabric.thickness)
-            pairs.append(PlyPair(len(pairs), searching, searched, slot, faces))
-            slot += spans[searching].vertex_count
-    return tuple(pairs)
+def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...]) -> PlyStack:
+    stack, device = PlyStack(), surfaces.device
+    meshes = [mesh.id for mesh in surfaces.meshes]
+    stack.meshes = wp.array(meshes, dtype=wp.uint64, device=device)
+    first = [span.first_triangle for span in spans]
+    stack.first_triangle = wp.array(first, dtype=wp.int32, device=device)
+    half = [0.5 * ply.fabric.thickness for ply in scene.plies]
+    stack.half = wp.array(half, dtype=wp.float64, device=device)
+    return stack
+
+
+def _looks(spans: tuple[Span, ...]) -> tuple[PlyLook, ...]:
+    looks, slot = [], 0
+    for searching, span in enumerate(spans):
+        for way in (-1, 1):
+            if 0 <= searching + way < len(spans):
+                looks.append(PlyLook(searching, way, slot))
+                slot += span.vertex_count
+    return tuple(looks)

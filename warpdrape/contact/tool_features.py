@@ -127,7 +127,7 @@ class FeatureContact:
             inputs += [surfaces.normals, surfaces.hollows, memory.springs, memory.stored]
             outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
             find.append(Launch(kernels.find_features, self.count, inputs, outputs))
-            inputs = [self.law, search, self.features, ply, first, shift, x]
+            inputs = [self.law, search, self.features, first, shift, x]
             inputs += [memory.springs, memory.presses]
             outputs = [memory.seen, memory.contacts, memory.spent, memory.lost]
             settle.append(Launch(kernels.settle_features, self.count, inputs, outputs))
@@ -135,7 +135,7 @@ class FeatureContact:
 
     def _forces(self, number: int, bodies: Bodies, memory: FeatureContactMemory) -> Launch:
         plies, tools = bodies.plies, bodies.tools
-        inputs = [self.law, self.features, self.plies[number].half, number * self.count]
+        inputs = [self.law, self.features, number * self.count]
         inputs += [tools.shift, tools.velocity, plies.x, plies.v, memory.contacts]
         kept = [memory.springs, memory.dashpots, memory.stored, memory.spent, memory.lost]
         outputs = [*kept, plies.f, tools.reaction]
