@@ -31,7 +31,7 @@ from warpdrape.dynamics.phases import time_phases
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.result import read_plies
 from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
-from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
+from warpdrape.scenes import circular_table, hemisphere, stacked_hemisphere, three_ply_hemisphere
 from warpdrape.state import State
 
 FRAMES = 100
@@ -114,6 +114,10 @@ def _cases() -> dict[str, Case]:
     for cells, part in three_plies.items():
         case = Case(three_ply_hemisphere.build, cells, part, cells < 30)
         found[f"three_ply_{12 * cells**2}"] = case
+    for count in (3, 8, 16, 32):
+        layup = "/".join(["0", "45"][n % 2] for n in range(count))
+        tall = partial(stacked_hemisphere.build, layup=layup)
+        found[f"stack_of_{count}_{4 * count * 20**2}"] = Case(tall, 20, 0.05, count < 5)
     for cells, part in table.items():
         case = Case(circular_table.build, cells, part, cells < 150)
         found[f"circular_table_{2 * cells**2}"] = case
