@@ -1,6 +1,7 @@
 """Coulomb friction that sticks: a block on an incline, a strip over a drum."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from law_checks import fabric
 from warpdrape.blanks.ply import Ply, lay_up
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import Stepper
+from warpdrape.errors import InputError
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
@@ -91,6 +93,47 @@ def test_plies_rub_with_a_coefficient_of_their_own(device):
     moved = (result.plies[1].points - result.plies[1].rest_points)[:, 0].mean()
     assert moved == pytest.approx(expected, rel=0.02)
     assert result.summary["interfaces"][1]["max_slip_m"] == pytest.approx(expected, rel=0.05)
+
+
+def three_fabrics():
+    """Two narrow plies on a held one, each fabric with a name of its own, under a slope."""
+    angle = 0.4
+    names = ("a", "b", "c")
+    plies = lay_up(
+        [
+            Ply.rectangle(name, replace(STIFF, name=name), width, cells=cells)
+            for name, width, cells in zip(names, (0.06, 0.03, 0.015), (3, 3, 2), strict=True)
+        ]
+    )
+    held = Clamp(name="held", ply="a", where=lambda p: p[:, 0] < 1.0)
+    gravity = (G * math.sin(angle), 0.0, -G * math.cos(angle))
+    return {"name": "rub", "plies": plies, "clamps": [held], "duration": 0.02, "gravity": gravity}
+
+
+def test_each_pair_of_fabrics_rubs_with_a_coefficient_of_its_own(device):
+    pairs = {("b", "a"): 0.3, ("b", "c"): 0.1, ("a", "c"): 9.0}
+    result = Scene(**three_fabrics(), ply_friction=pairs).run(device=device, frames=5)
+    moved = [(ply.points - ply.rest_points)[:, 0].mean() for ply in result.plies]
+    along, down = G * math.sin(0.4), G * math.cos(0.4)
+    mass = [np.prod((0.03, 0.03)), np.prod((0.015, 0.015))]
+    top = along - 0.1 * down  # slides on b, and b on a: with c's weight and its rubbing
+    middle = along - (0.3 * (mass[0] + mass[1]) - 0.1 * mass[1]) / mass[0] * down
+    assert moved[2] == pytest.approx(0.5 * top * 0.02**2, rel=0.02)
+    assert moved[1] == pytest.approx(0.5 * middle * 0.02**2, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "match"),
+    [
+        ({("a", "b"): 0.3, ("b", "c"): 0.1}, "lacks the fabrics of plies 'a' and 'c': add "),
+        ({("a", "b"): 0.3, ("b", "c"): -0.1, ("a", "c"): 0.2}, "must be zero or more"),
+        ({("a", "b"): "much", ("b", "c"): 0.1, ("a", "c"): 0.2}, "must be a number"),
+        ("much", "must be a number"),
+    ],
+)
+def test_friction_that_says_too_little_is_refused(pairs, match):
+    with pytest.raises(InputError, match=match):
+        Scene(**three_fabrics(), ply_friction=pairs)
 
 
 def test_plate_may_be_tilted_instead_of_gravity(device):

@@ -23,7 +23,8 @@ class Scene(Setup):
         clamps: held or led vertices.
         duration: simulated time [s].
         friction: Coulomb coefficient between plies and tools that name none [-].
-        ply_friction: Coulomb coefficient between plies [-].
+        ply_friction: Coulomb coefficient between plies [-]; or one for each pair of their fabrics,
+            such as ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,7 +91,7 @@ class Setup:
     tools: Sequence[Tool] = ()
     clamps: Sequence[Clamp] = ()
     friction: float = 0.2
-    ply_friction: float = 0.3
+    ply_friction: float | Mapping[tuple[str, str], float] = 0.3
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -105,7 +106,6 @@ class Setup:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
         positive("friction", self.friction, zero=True)
-        positive("ply_friction", self.ply_friction, zero=True)
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
@@ -114,6 +114,10 @@ class Setup:
             for name in names:
                 if names.count(name) > 1:
                     raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
+        if not isinstance(self.ply_friction, Mapping):
+            positive("ply_friction", self.ply_friction, zero=True)
+        for one, other in combinations(self.plies, 2):
+            self.friction_between(one, other)
         _refuse_other_units(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
@@ -134,6 +138,23 @@ class Setup:
     def friction_of(self, tool: Tool) -> float:
         """Coulomb coefficient of a tool against the plies [-]."""
         return self.friction if tool.friction is None else tool.friction
+
+    def friction_between(self, one: Ply, other: Ply) -> float:
+        """Coulomb coefficient between two plies, by their fabrics' names in either order [-].
+
+        Raises:
+            InputError: if ``ply_friction`` lacks these fabrics, or holds no coefficient for them.
+        """
+        if not isinstance(self.ply_friction, Mapping):
+            return float(self.ply_friction)
+        pair = (one.fabric.name, other.fabric.name)
+        for names in (pair, pair[::-1]):
+            if names in self.ply_friction:
+                return positive(f"ply_friction[{names!r}]", self.ply_friction[names], zero=True)
+        raise InputError(
+            f"ply_friction lacks the fabrics of plies {one.name!r} and {other.name!r}: add "
+            f"{pair!r}: its coefficient"
+        )
 
 
 def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:

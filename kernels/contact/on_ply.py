@@ -25,6 +25,7 @@ class PlyContact:
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
     mass: wp.float64  # with which the point meets the triangle [kg]
     thickness: wp.float64  # from the mid-surface in contact [m]
+    friction: wp.float64  # μ [-]
 
 
 @wp.struct

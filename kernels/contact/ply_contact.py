@@ -27,6 +27,7 @@ class PlyStack:
     meshes: wp.array(dtype=wp.uint64)  # shape [ply]
     first_triangle: wp.array(dtype=wp.int32)  # shape [ply]
     half: wp.array(dtype=wp.float64)  # of the thickness [m], shape [ply]
+    friction: wp.array(dtype=wp.float64)  # μ between each two, shape [ply · ply]
 
 
 @wp.struct
@@ -232,13 +233,14 @@ def find_ply_contacts(
     contacts[slot].rise = plane.rise
     contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
     contacts[slot].thickness = stack.half[searching] + stack.half[met]
+    pair = searching * stack.half.shape[0] + met
+    contacts[slot].friction = stack.friction[pair]
     jump = wp.max(before - gap, wp.float64(0.0))
     allowance, taken = settled(
         law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
     lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
-    pair = searching * stack.half.shape[0] + met
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
 
@@ -246,7 +248,6 @@ def find_ply_contacts(
 @wp.kernel(enable_backward=False)
 def add_ply_forces(
     law: ContactLaw,
-    friction: wp.float64,
     first_vertex: int,
     first_slot: int,
     x: wp.array(dtype=wp.vec3d),
@@ -264,7 +265,6 @@ def add_ply_forces(
 
     Args:
         law: contact law.
-        friction: μ between the plies [-].
         first_vertex: of the searching ply.
         first_slot: of its contacts with the plies above or below.
         x: positions [m], shape [vertex].
@@ -300,7 +300,7 @@ def add_ply_forces(
     t = contact_traction(
         law,
         contact.mass,
-        friction,
+        contact.friction,
         gap,
         contact.normal,
         velocity,

@@ -163,6 +163,7 @@ def find_features(
     contacts[slot].normal = normal
     contacts[slot].rise = wp.dot(normal, offset) - distance
     contacts[slot].thickness = ply.half
+    contacts[slot].friction = features.friction[tool]
     if gap < features.pressing:
         wp.atomic_add(presses, nearest.facet, 1)
     wp.atomic_max(deepest, tool, -gap)
@@ -276,7 +277,7 @@ def add_feature_forces(
     t = contact_traction(
         law,
         contact.mass,
-        features.friction[tool],
+        contact.friction,
         gap,
         contact.normal,
         tool_velocity[tool] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
@@ -148,7 +149,6 @@ class PlyContact:
     def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
         inputs = [
             self.law,
-            self.scene.ply_friction,
             run.first,
             self._slot(look, run),
             plies.x,
@@ -243,6 +243,11 @@ def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...]) -> PlyS
     stack.first_triangle = wp.array(first, dtype=wp.int32, device=device)
     half = [0.5 * ply.fabric.thickness for ply in scene.plies]
     stack.half = wp.array(half, dtype=wp.float64, device=device)
+    friction = [
+        0.0 if one is other else scene.friction_between(one, other)
+        for one, other in product(scene.plies, repeat=2)
+    ]
+    stack.friction = wp.array(friction, dtype=wp.float64, device=device)
     return stack
 
 

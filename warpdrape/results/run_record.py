@@ -23,7 +23,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         "duration_s": scene.duration,
         "frames": frames,
         "friction": scene.friction,
-        "ply_friction": scene.ply_friction,
+        "ply_friction": _ply_friction(scene),
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "time_step_s": model.timing.time_step,
@@ -114,3 +114,13 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:  # a checkout that is only on the path
             found[name] = "not installed"
     return found
+
+
+def _ply_friction(scene: Setup) -> float | list[dict[str, Any]]:
+    """One coefficient for all, or that of each pair of fabrics."""
+    if not isinstance(scene.ply_friction, Mapping):
+        return scene.ply_friction
+    return [
+        {"fabrics": list(fabrics), "friction": friction}
+        for fabrics, friction in scene.ply_friction.items()
+    ]
