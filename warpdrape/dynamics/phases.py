@@ -67,8 +67,10 @@ def time_phases(
     costs: dict[str, float] = {}
     searches: dict[str, float] = {}
     for thing, launches in zip(model.interactions, launches_of(model, share, scratch), strict=True):
-        run = partial(_launch, launches.scatter + launches.push, model.device)
-        costs[thing.name] = timed(_captured(run, model.device, count)) / count
+        forces = launches.scatter + launches.push
+        if forces:
+            run = partial(_launch, forces, model.device)
+            costs[thing.name] = timed(_captured(run, model.device, count)) / count
         if thing.searches:
             asking, walking = _searches(launches, model.device)
             spent = timed(asking) + (ASK_EVERY - 1) * timed(walking)
