@@ -338,7 +338,7 @@ def laid_up(device, widths):
 
 def test_vertices_meet_the_next_ply_that_covers_them(device):
     """A small ply between two wide ones: beside it these see each other, over it they do not."""
-    model, _, memory = laid_up(device, (0.12, 0.04, 0.12))
+    model, _, memory = laid_up(device, (0.12, 0.036, 0.12))
     points = model.rest.numpy()
     for look in contact_of(model).looks:
         if look.searching == 1:
@@ -346,8 +346,8 @@ def test_vertices_meet_the_next_ply_that_covers_them(device):
         vertices, slots = of_look(model, look)
         away = np.abs(points[vertices][:, :2]).max(axis=1)
         seen = memory.seen.numpy()["ply"][slots] - 1
-        assert (seen[away < 0.019] == 1).all()
-        assert (seen[away > 0.021] == 2 - look.searching).all()
+        assert (seen[away < 0.017] == 1).all()
+        assert (seen[away > 0.019] == 2 - look.searching).all()  # some see its border, 2 mm away
 
 
 def test_memory_and_launches_grow_with_the_plies_not_their_pairs():
