@@ -215,3 +215,10 @@ def test_parts_of_threads_add_up_to_the_whole():
         shapes.append((state.plies.x.numpy(), memory.lost.numpy().sum()))
     assert shapes[0][1] > 0.0
     np.testing.assert_allclose(shapes[0][0], shapes[1][0], atol=1e-10)
+
+
+def test_a_blade_longer_than_the_hole_is_said_to_squeeze_the_ply():
+    blade = trimesh.creation.box((2e-3, 0.22, 0.1))  # over a hole of 0.2 m with its rounding
+    result = pressed(blade, at=EDGE).run(frames=20, quiet=True)
+    message = result.summary["message"]
+    assert "tools 'pin' and 'die' squeeze ply 'sheet'" in message, message

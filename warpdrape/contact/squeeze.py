@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.contact.tool_contact import ToolContact, ToolMemory
+from warpdrape.contact.tool_features import FeatureContact, FeatureContactMemory
 from warpdrape.interaction import Interaction
 from warpdrape.state import State
 
@@ -44,32 +45,69 @@ def worst_squeeze(interactions: Sequence[Interaction], state: State) -> Squeeze 
         interactions: forces and contacts of the model.
         state: its state.
     """
-    for contact, memory in zip(interactions, state.memory, strict=True):
-        if isinstance(contact, ToolContact):
-            return _worst(state, contact, memory)
-    return None
+    both = list(zip(interactions, state.memory, strict=True))
+    held = [_Held(state, *each) for each in both if isinstance(each[0], ToolContact)]
+    found = [_between_vertices(tools) for tools in held]
+    found += [
+        _at_features(tools, *each)
+        for tools in held
+        for each in both
+        if isinstance(each[0], FeatureContact)
+    ]
+    return max((each for each in found if each), key=lambda each: each.share, default=None)
 
 
-def _worst(state: State, contact: ToolContact, memory: ToolMemory) -> Squeeze | None:
-    count, x = len(contact.meshes), state.plies.x.numpy()
-    half, planes = contact.offset.numpy(), memory.planes.numpy().reshape(count, -1)
-    pressed = (memory.holds.numpy()["stored"] > 0.0).reshape(count, -1)
-    shift = state.tools.shift.numpy()
+class _Held:
+    """Vertices that tools hold now: which they press, shape [tool, vertex], how deep, which way."""
+
+    def __init__(self, state: State, contact: ToolContact, memory: ToolMemory) -> None:
+        count, x = len(contact.meshes), state.plies.x.numpy()
+        planes = memory.planes.numpy().reshape(count, -1)
+        at = x[None] - state.tools.shift.numpy()[:, None]
+        self.normals = planes["normal"]
+        self.depth = np.maximum(planes["level"] - (self.normals * at).sum(axis=2), 0.0)
+        self.pressed = (memory.holds.numpy()["stored"] > 0.0).reshape(count, -1)
+        self.thickness = 2.0 * contact.offset.numpy()
+
+
+def _between_vertices(held: _Held) -> Squeeze | None:
     worst, found = 0.0, None
-    for one in range(count):
+    for one in range(len(held.pressed)):
         for other in range(one):
-            at = np.flatnonzero(pressed[one] & pressed[other])
+            at = np.flatnonzero(held.pressed[one] & held.pressed[other])
             if not len(at):
                 continue
-            normals = [planes[tool]["normal"][at] for tool in (one, other)]
-            against = (normals[0] * normals[1]).sum(axis=1) < OPPOSED
-            depth = np.zeros(len(at))
-            for tool, normal in zip((one, other), normals, strict=True):
-                gap = (normal * (x[at] - shift[tool])).sum(axis=1) - planes[tool]["level"][at]
-                depth += np.maximum(-gap, 0.0)
-            share = np.where(against, depth / (2.0 * half[at]), 0.0)
+            against = (held.normals[one, at] * held.normals[other, at]).sum(axis=1) < OPPOSED
+            depth = held.depth[one, at] + held.depth[other, at]
+            share = np.where(against, depth / held.thickness[at], 0.0)
             k = int(np.argmax(share))
             if share[k] > worst:
                 worst = float(share[k])
-                found = Squeeze(int(at[k]), (other, one), float(depth[k]), 2.0 * half[at[k]])
+                thickness = float(held.thickness[at[k]])
+                found = Squeeze(int(at[k]), (other, one), float(depth[k]), thickness)
+    return found
+
+
+def _at_features(
+    held: _Held, contact: FeatureContact, memory: FeatureContactMemory
+) -> Squeeze | None:
+    """Between a feature of a tool and another that presses a corner of the triangle it meets."""
+    pressing = np.flatnonzero(memory.stored.numpy() > 0.0)
+    kept, gap = memory.contacts.numpy()[pressing], memory.seen.numpy()["gap"][pressing]
+    own = contact.features.tools.numpy()[pressing % contact.count]
+    worst, found = 0.0, None
+    for other in range(len(held.pressed)):
+        for corner in "abc":
+            vertex = kept[corner]
+            # The feature's own normal, towards the ply, is the contact's turned round.
+            against = (held.normals[other, vertex] * kept["normal"]).sum(axis=1) > -OPPOSED
+            against &= held.pressed[other, vertex] & (own != other)
+            depth = np.maximum(-gap, 0.0) + held.depth[other, vertex]
+            share = np.where(against, depth / held.thickness[vertex], 0.0)
+            k = int(np.argmax(share)) if len(share) else -1
+            if k >= 0 and share[k] > worst:
+                worst = float(share[k])
+                tools = (min(int(own[k]), other), max(int(own[k]), other))
+                thickness = float(held.thickness[vertex[k]])
+                found = Squeeze(int(vertex[k]), tools, float(depth[k]), thickness)
     return found
