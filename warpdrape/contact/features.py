@@ -24,6 +24,8 @@ TIP = np.cos(np.radians(50.0))
 """Cosine between a facet and the mean of those round a vertex below which that is a tip [-]."""
 SPACING = 0.25
 """Distance of points along edges over the side of the finest ply's triangles [-]."""
+MOST_POINTS = 200_000
+"""Points along the edges of a tool, about."""
 GRAIN = 0.02
 """Distance over that side below which points are one [-]."""
 BINS = 5
@@ -59,8 +61,8 @@ def feature_points(tool: Tool, coarse: float, fine: float) -> np.ndarray:
     """
     edges, sharp, bent = _outer_edges(tool, coarse)
     bent &= _turns_round(tool, edges, bent & ~sharp, coarse)
-    along = _along(tool.vertices[edges[sharp | bent]], SPACING * fine)
-    points = np.vstack([along, _tips(tool)])
+    on_edges = along(tool.vertices[edges[sharp | bent]], SPACING * fine)
+    points = np.vstack([on_edges, _tips(tool)])
     return points[_first_of_each(np.round(points / (GRAIN * fine)))]
 
 
@@ -146,10 +148,15 @@ def _first_of_each(rows: np.ndarray) -> np.ndarray:
     return np.sort(first)
 
 
-def _along(edges: np.ndarray, spacing: float) -> np.ndarray:
-    """Points on edges [m, 2 ends, 3], their ends among them, no farther apart than ``spacing``."""
+def along(edges: np.ndarray, spacing: float) -> np.ndarray:
+    """Points on edges [m, 2 ends, 3], their ends among them, no farther apart than ``spacing``.
+
+    But no more than `MOST_POINTS`, or the ends alone where these are more.
+    """
     run = edges[:, 1] - edges[:, 0]
     parts = np.maximum(np.ceil(np.linalg.norm(run, axis=1) / spacing).astype(int), 1)
+    if parts.sum() > MOST_POINTS:
+        parts = np.maximum((parts * (MOST_POINTS / parts.sum())).astype(int), 1)
     each = np.repeat(np.arange(len(edges)), parts + 1)
     first = np.cumsum(parts + 1) - (parts + 1)
     share = (np.arange(len(each)) - first[each]) / parts[each]

@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.triangles import longest_sides
+from warpdrape.contact.features import along
 from warpdrape.interaction import Span
 from warpdrape.kernels.contact.passages import find_depths
 from warpdrape.setup import Setup
@@ -22,8 +23,6 @@ from warpdrape.tools.tool import Tool
 
 PASSED = 0.6
 """Depth over the longest side of the ply's triangle beyond which a tool has passed it [-]."""
-MOST_POINTS = 200_000
-"""Points of a tool that are looked at."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,7 @@ class _Sought:
     """A tool, and the points of it that are looked for: its vertices, and more along its edges."""
 
     def __init__(self, tool: Tool, spacing: float, device: str) -> None:
-        points = _along(tool.vertices[tool.surface.mesh.edges_unique], spacing)
+        points = np.unique(along(tool.vertices[tool.surface.mesh.edges_unique], spacing), axis=0)
         self._low, self._high = points.min(axis=0), points.max(axis=0)
         self._mesh = _mesh(tool.vertices, tool.triangles, device, solid=True)
         self._points = wp.array(points, dtype=wp.vec3f, device=device)
@@ -135,15 +134,3 @@ def _mesh(
         wp.array(np.ravel(triangles), dtype=wp.int32, device=device),
         support_winding_number=solid,
     )
-
-
-def _along(edges: np.ndarray, spacing: float) -> np.ndarray:
-    """Points on edges [m, 2 ends, 3], their ends among them, no farther apart than ``spacing``."""
-    run = edges[:, 1] - edges[:, 0]
-    parts = np.maximum(np.ceil(np.linalg.norm(run, axis=1) / spacing).astype(int), 1)
-    if parts.sum() > MOST_POINTS:
-        parts = np.maximum((parts * (MOST_POINTS / parts.sum())).astype(int), 1)
-    each = np.repeat(np.arange(len(edges)), parts + 1)
-    first = np.cumsum(parts + 1) - (parts + 1)
-    share = (np.arange(len(each)) - first[each]) / parts[each]
-    return np.unique(edges[each, 0] + share[:, None] * run[each], axis=0)
