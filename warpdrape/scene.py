@@ -25,6 +25,8 @@ class Scene(Setup):
         friction: Coulomb coefficient between plies and tools that name none [-].
         ply_friction: Coulomb coefficient between plies [-]; or one for each pair of their fabrics,
             such as ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
+        self_contact: whether the folds of plies that bend are held apart, with the friction of
+            ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.

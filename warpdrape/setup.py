@@ -92,6 +92,7 @@ class Setup:
     clamps: Sequence[Clamp] = ()
     friction: float = 0.2
     ply_friction: float | Mapping[tuple[str, str], float] = 0.3
+    self_contact: bool = True
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -105,6 +106,7 @@ class Setup:
         if not self.plies:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
+        one_of("self_contact", self.self_contact, (True, False))
         positive("friction", self.friction, zero=True)
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
@@ -118,6 +120,8 @@ class Setup:
             positive("ply_friction", self.ply_friction, zero=True)
         for one, other in combinations(self.plies, 2):
             self.friction_between(one, other)
+        for ply in filter(self.touches_itself, self.plies):
+            self.friction_between(ply, ply)
         _refuse_other_units(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
@@ -135,6 +139,10 @@ class Setup:
                     "warpdrape.lay_up"
                 )
 
+    def touches_itself(self, ply: Ply) -> bool:
+        """Whether folds of a ply are held apart: those of one that does not bend have no size."""
+        return self.self_contact and ply.fabric.bends
+
     def friction_of(self, tool: Tool) -> float:
         """Coulomb coefficient of a tool against the plies [-]."""
         return self.friction if tool.friction is None else tool.friction
@@ -151,10 +159,10 @@ class Setup:
         for names in (pair, pair[::-1]):
             if names in self.ply_friction:
                 return positive(f"ply_friction[{names!r}]", self.ply_friction[names], zero=True)
-        raise InputError(
-            f"ply_friction lacks the fabrics of plies {one.name!r} and {other.name!r}: add "
-            f"{pair!r}: its coefficient"
-        )
+        who = f"of plies {one.name!r} and {other.name!r}"
+        if one is other:
+            who = f"of a ply with itself, and ply {one.name!r} may touch itself"
+        raise InputError(f"ply_friction lacks the fabrics {who}: add {pair!r}: its coefficient")
 
 
 def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:

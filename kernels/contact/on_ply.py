@@ -5,7 +5,7 @@ The plane is found by a search and moves with the triangle until the next one.
 
 import warp as wp
 
-from .contact import ContactLaw
+from .contact import ContactLaw, contact_traction
 
 MOST_WAITS = wp.constant(wp.float64(100.0))
 """Searches that may leave a point out, at most."""
@@ -78,6 +78,16 @@ def spring_energy(
 
 
 @wp.func
+def effective_mass(
+    mass: wp.array(dtype=wp.float64), corners: wp.vec3i, w: wp.vec3d, i: int
+) -> wp.float64:
+    """Mass [kg] with which vertex i meets a triangle at the point of weights w."""
+    inverse = w[0] * w[0] / mass[corners[0]] + w[1] * w[1] / mass[corners[1]]
+    inverse += w[2] * w[2] / mass[corners[2]]
+    return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
+
+
+@wp.func
 def settled(
     law: ContactLaw,
     search: PlySearch,
@@ -121,3 +131,74 @@ def settled(
         has = spring_energy(law, contact, x, point, spring)
         taken = wp.max(had - has, -budget)
     return allowance, taken
+
+
+@wp.func
+def press_on_ply(
+    law: ContactLaw,
+    i: int,
+    slot: int,
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    contacts: wp.array(dtype=PlyContact),
+    springs: wp.array(dtype=wp.vec3d),
+    dashpots: wp.array(dtype=wp.float64),
+    f: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
+    slip: wp.array(dtype=wp.float64),
+    spent: wp.array(dtype=wp.float64),
+):
+    """Add the forces between vertex i and the triangle that its slot touches.
+
+    Args:
+        law: contact law.
+        i: the vertex.
+        slot: its slot.
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        contacts: shape [slot].
+        springs: stick springs [m], shape [slot]; updated.
+        dashpots: dashpot forces [N], shape [slot]; overwritten.
+        f: forces [N], shape [vertex]; accumulated.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        stored: energy of the contact springs [J], shape [slot]; overwritten.
+        slip: distance slid so far [m], shape [slot]; accumulated.
+        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+    """
+    if contacts[slot].near == 0:
+        if stored[slot] > wp.float64(0.0):  # slid over a ply's edge
+            lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
+            stored[slot] = wp.float64(0.0)
+            springs[slot] = wp.vec3d()
+            dashpots[slot] = wp.float64(0.0)
+        return
+    contact = contacts[slot]
+    gap = contact_gap(contact, x, x[i])
+    if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
+        return
+    a = contact.a
+    b = contact.b
+    c = contact.c
+    w = contact.weights
+    velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
+    t = contact_traction(
+        law,
+        contact.mass,
+        contact.friction,
+        gap,
+        contact.normal,
+        velocity,
+        springs[slot],
+        dashpots[slot],
+    )
+    springs[slot] = t.spring
+    dashpots[slot] = t.dashpot
+    stored[slot] = t.stored
+    slip[slot] += t.slip
+    spent[slot] += t.friction + t.damping
+    lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
+    wp.atomic_add(f, i, t.force)
+    wp.atomic_sub(f, a, w[0] * t.force)
+    wp.atomic_sub(f, b, w[1] * t.force)
+    wp.atomic_sub(f, c, w[2] * t.force)

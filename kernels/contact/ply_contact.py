@@ -7,7 +7,7 @@ its contact is with a triangle of one of them. The stacking order never changes.
 
 import warp as wp
 
-from .contact import ContactLaw, contact_traction
+from .contact import ContactLaw
 from .facets import (
     NearestFacet,
     PlyFacets,
@@ -16,7 +16,17 @@ from .facets import (
     no_facet,
     walk_to_nearest,
 )
-from .on_ply import PlyContact, PlyMemory, PlySearch, contact_gap, settled, spring_energy, waits
+from .on_ply import (
+    PlyContact,
+    PlyMemory,
+    PlySearch,
+    contact_gap,
+    effective_mass,
+    press_on_ply,
+    settled,
+    spring_energy,
+    waits,
+)
 from .surface import facet_slope, weighted
 
 
@@ -98,16 +108,6 @@ def plane_of(
         plane.gap = distance - over
     plane.rise = wp.dot(plane.normal, offset) - plane.gap - thickness
     return plane
-
-
-@wp.func
-def effective_mass(
-    mass: wp.array(dtype=wp.float64), corners: wp.vec3i, w: wp.vec3d, i: int
-) -> wp.float64:
-    """Mass [kg] with which vertex i meets a triangle at the point of weights w."""
-    inverse = w[0] * w[0] / mass[corners[0]] + w[1] * w[1] / mass[corners[1]]
-    inverse += w[2] * w[2] / mass[corners[2]]
-    return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
 
 
 @wp.kernel(enable_backward=False)
@@ -281,39 +281,6 @@ def add_ply_forces(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
-    if contacts[slot].near == 0:
-        if stored[slot] > wp.float64(0.0):  # slid over the other ply's edge
-            lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
-            stored[slot] = wp.float64(0.0)
-            springs[slot] = wp.vec3d()
-            dashpots[slot] = wp.float64(0.0)
-        return
-    contact = contacts[slot]
-    gap = contact_gap(contact, x, x[i])
-    if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
-        return
-    a = contact.a
-    b = contact.b
-    c = contact.c
-    w = contact.weights
-    velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
-    t = contact_traction(
-        law,
-        contact.mass,
-        contact.friction,
-        gap,
-        contact.normal,
-        velocity,
-        springs[slot],
-        dashpots[slot],
+    press_on_ply(
+        law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent
     )
-    springs[slot] = t.spring
-    dashpots[slot] = t.dashpot
-    stored[slot] = t.stored
-    slip[slot] += t.slip
-    spent[slot] += t.friction + t.damping
-    lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-    wp.atomic_add(f, i, t.force)
-    wp.atomic_sub(f, a, w[0] * t.force)
-    wp.atomic_sub(f, b, w[1] * t.force)
-    wp.atomic_sub(f, c, w[2] * t.force)

@@ -34,7 +34,7 @@ def step_share(scene: Setup) -> float:
     Raises:
         InputError: if nothing is left.
     """
-    if not scene.tools and len(scene.plies) == 1:
+    if not scene.tools and len(scene.plies) == 1 and not scene.touches_itself(scene.plies[0]):
         return 0.0
     share, damping = scene.numerics.contact_share, scene.numerics.contact_damping
     contacts = CONTACTS_AT_A_VERTEX + int(has_features(scene))

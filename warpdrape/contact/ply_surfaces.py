@@ -43,6 +43,7 @@ class PlySurfaces:
         meshes: per ply, moved along for searches.
         normals: at vertices [-], shape [vertex].
         hollows: room on either side of a vertex [m], shape [vertex].
+        shapes: whether normals and hollows are needed; self-contact does without.
     """
 
     device: str
@@ -51,6 +52,7 @@ class PlySurfaces:
     meshes: tuple[wp.Mesh, ...]
     normals: wp.array
     hollows: wp.array
+    shapes: bool
     name: str = "ply surfaces"
     searches: str = "ply surfaces"
 
@@ -61,7 +63,7 @@ class PlySurfaces:
         """A part's own vertices, and the query meshes in its care."""
         x = bodies.plies.x
         prepare, measure = [], []
-        for first, count in share.vertices:
+        for first, count in share.vertices if self.shapes else ():
             inputs = [first, self.facets, x]
             prepare.append(Launch(kernels.compute_vertex_normals, count, inputs, [self.normals]))
             inputs = [first, self.facets, x, self.normals]
@@ -87,13 +89,14 @@ class PlySurfaces:
         return Measured()
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> PlySurfaces:
+def build(scene: Setup, spans: tuple[Span, ...], device: str, *, shapes: bool) -> PlySurfaces:
     """Put the plies' surfaces on a device.
 
     Args:
         scene: what is computed.
         spans: where plies are.
         device: Warp device.
+        shapes: whether normals and hollows are needed.
     """
     meshes = tuple(
         wp.Mesh(
@@ -111,6 +114,7 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> PlySurfaces:
         meshes,
         wp.zeros(vertices, dtype=wp.vec3d, device=device),
         wp.zeros(vertices, dtype=wp.vec2d, device=device),
+        shapes,
     )
 
 

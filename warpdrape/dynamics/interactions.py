@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import warp as wp
 
-from warpdrape.contact import ply_contact, ply_surfaces, tool_contact, tool_features
+from warpdrape.contact import (
+    ply_contact,
+    ply_surfaces,
+    self_contact,
+    tool_contact,
+    tool_features,
+)
 from warpdrape.contact.features import has_features
 from warpdrape.forces import bending, bending_curve, membrane
 from warpdrape.interaction import Interaction, Span
@@ -16,7 +22,7 @@ FORCES = (membrane, bending, bending_curve)
 
 The first one is what selective mass scaling scales, and its elements say how parts on several
 threads share out a ply."""
-CONTACTS = (ply_contact, tool_features, tool_contact)
+CONTACTS = (ply_contact, self_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""
 
 
@@ -33,7 +39,8 @@ def build_contacts(
         device: Warp device.
     """
     surfaces = None
-    if len(scene.plies) > 1 or has_features(scene):
-        surfaces = ply_surfaces.build(scene, spans, device)
+    others = len(scene.plies) > 1 or has_features(scene)
+    if others or any(map(scene.touches_itself, scene.plies)):
+        surfaces = ply_surfaces.build(scene, spans, device, shapes=others)
     built = (contact.build(scene, spans, timing, mass, surfaces, device) for contact in CONTACTS)
     return tuple(thing for thing in (surfaces, *built) if thing is not None)

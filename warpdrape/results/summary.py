@@ -142,6 +142,7 @@ def summarise(
             for tool, of_tool in zip(model.scene.tools, contacts.get("tools", ()), strict=True)
         ],
         "interfaces": contacts.get("interfaces", []),
+        "self_contact": contacts.get("self_contact", []),
         "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
     }
 

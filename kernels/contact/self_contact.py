@@ -1,0 +1,382 @@
+"""Contact of a ply with itself: where its folds close, vertices against its own triangles.
+
+A slot is a vertex and a side: its contact is with a triangle on whose upper, or lower, side the
+vertex lies, so that a layer between two others touches both. What is near along the flat ply is
+left out.
+"""
+
+import warp as wp
+
+from .contact import ContactLaw
+from .facets import (
+    MOST_MOVES,
+    NearestFacet,
+    PlyFacets,
+    is_at_border,
+    nearest_on_facet,
+    no_facet,
+)
+from .on_ply import (
+    PlyContact,
+    PlySearch,
+    contact_gap,
+    effective_mass,
+    press_on_ply,
+    settled,
+    spring_energy,
+    waits,
+)
+from .surface import to_single, weighted
+
+
+@wp.struct
+class SelfMemory:
+    """What the search of a slot remembers; zero at first."""
+
+    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
+    wait: wp.int32  # asking searches that may leave the vertex out; of its upper slot
+
+
+@wp.struct
+class SearchedSelf:
+    """The ply that is held against itself."""
+
+    mesh: wp.uint64
+    number: wp.int32
+    first_triangle: wp.int32
+    first_vertex: wp.int32
+    vertices: wp.int32
+    first_slot: wp.int32  # upper sides first, then the lower ones
+    thickness: wp.float64  # m
+    friction: wp.float64  # μ [-]
+    pace: wp.float64  # by which two points may come nearer from ask to ask [m]
+
+
+@wp.struct
+class FlatPly:
+    """Where vertices lie on the flat plies."""
+
+    places: wp.array(dtype=wp.vec3d)  # m, shape [vertex]
+    apart: wp.array(dtype=wp.float64)  # from which distance on points may touch [m], shape [vertex]
+
+
+@wp.func
+def is_another_fold(flat: FlatPly, facets: PlyFacets, i: int, there: NearestFacet) -> bool:
+    """Whether a place is so far from a vertex along the flat ply that they may touch."""
+    at = facets.corners[there.facet]
+    place = weighted(there.weights, flat.places[at[0]], flat.places[at[1]], flat.places[at[2]])
+    return wp.length_sq(place - flat.places[i]) >= flat.apart[i] * flat.apart[i]
+
+
+@wp.func
+def fan_normal(facets: PlyFacets, vertex: int, x: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
+    """Unit normal at a vertex, weighted by area."""
+    n = wp.vec3d()
+    for k in range(facets.first_of_fan[vertex], facets.first_of_fan[vertex + 1]):
+        at = facets.corners[facets.fans[k]]
+        n += wp.cross(x[at[1]] - x[at[0]], x[at[2]] - x[at[0]])
+    return wp.normalize(n)
+
+
+@wp.func
+def upward(facets: PlyFacets, there: NearestFacet, x: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
+    """Unit normal at a place: the facet's inside it, evened out at its rim."""
+    at = facets.corners[there.facet]
+    w = there.weights
+    n = wp.cross(x[at[1]] - x[at[0]], x[at[2]] - x[at[0]])
+    if wp.min(w) <= wp.float64(0.0):
+        n = wp.vec3d()
+        for corner in range(3):
+            if w[corner] > wp.float64(0.0):
+                n += w[corner] * fan_normal(facets, at[corner], x)
+    return wp.normalize(n)
+
+
+@wp.func
+def walk_on_fold(
+    flat: FlatPly,
+    facets: PlyFacets,
+    i: int,
+    start: int,
+    x: wp.array(dtype=wp.vec3d),
+) -> NearestFacet:
+    """Nearest place for vertex i that a walk from facet ``start`` finds, none of its own fold."""
+    here = start
+    best = nearest_on_facet(facets, here, x, x[i])
+    if not is_another_fold(flat, facets, i, best):
+        best = no_facet()
+    moves = wp.int32(0)
+    while moves < MOST_MOVES:
+        at = facets.corners[here]
+        for corner in range(3):
+            first = facets.first_of_fan[at[corner]]
+            for k in range(first, facets.first_of_fan[at[corner] + 1]):
+                there = nearest_on_facet(facets, facets.fans[k], x, x[i])
+                if best.facet < 0 or wp.length_sq(there.offset) < wp.length_sq(best.offset):
+                    if is_another_fold(flat, facets, i, there):
+                        best = there
+        stays = best.facet < 0 or best.facet == here
+        moves = wp.where(stays, MOST_MOVES, moves + 1)
+        here = wp.where(stays, here, best.facet)
+    return best
+
+
+@wp.func
+def is_same_place(
+    flat: FlatPly, facets: PlyFacets, i: int, one: NearestFacet, other: NearestFacet
+) -> bool:
+    """Whether two places are of one fold, nearer to each other than what vertex i may touch."""
+    if one.facet < 0 or other.facet < 0:
+        return False
+    a = facets.corners[one.facet]
+    b = facets.corners[other.facet]
+    p = flat.places
+    between = weighted(one.weights, p[a[0]], p[a[1]], p[a[2]])
+    between -= weighted(other.weights, p[b[0]], p[b[1]], p[b[2]])
+    return wp.length_sq(between) < flat.apart[i] * flat.apart[i]
+
+
+@wp.func
+def touch(
+    law: ContactLaw,
+    search: PlySearch,
+    facets: PlyFacets,
+    ply: SearchedSelf,
+    i: int,
+    slot: int,
+    side: wp.float64,
+    nearest: NearestFacet,
+    mass: wp.array(dtype=wp.float64),
+    x: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
+    springs: wp.array(dtype=wp.vec3d),
+    spent: wp.array(dtype=wp.float64),
+    memory: wp.array(dtype=SelfMemory),
+    contacts: wp.array(dtype=PlyContact),
+    lost: wp.array(dtype=wp.vec3d),
+    deepest: wp.array(dtype=wp.float64),
+    largest_jump: wp.array(dtype=wp.float64),
+):
+    """Make a slot's contact that with the nearest triangle on its side, or none."""
+    zero = wp.float64(0.0)
+    before = zero
+    had = zero
+    held = contacts[slot].near
+    if held == 1:
+        if stored[slot] > zero:
+            had = spring_energy(law, contacts[slot], x, x[i], springs[slot])
+        before = wp.min(contact_gap(contacts[slot], x, x[i]), zero)
+    contacts[slot].near = 0
+    budget = wp.max(spent[slot], zero)
+    spent[slot] = zero
+    memory[slot].seen = nearest.facet + 1
+    if nearest.facet < 0:
+        return
+    offset = nearest.offset
+    distance = wp.length(offset)
+    if distance > ply.thickness + search.reach:
+        return
+    outward = side * upward(facets, nearest, x)
+    height = wp.dot(offset, outward)
+    if is_at_border(facets, nearest):
+        beyond = distance * distance - height * height
+        if beyond > wp.float64(0.25) * ply.thickness * ply.thickness:
+            return
+    if height < zero:
+        if held == 0:  # a walk has come round a fold, to where it lies on the other side
+            return
+        distance = -distance
+    normal = outward
+    if wp.abs(distance) > wp.float64(1.0e-3) * ply.thickness:
+        normal = offset / distance
+    gap = distance - ply.thickness
+    corners = facets.corners[nearest.facet]
+    contacts[slot].near = 1
+    contacts[slot].a = corners[0]
+    contacts[slot].b = corners[1]
+    contacts[slot].c = corners[2]
+    contacts[slot].weights = nearest.weights
+    contacts[slot].normal = normal
+    contacts[slot].rise = wp.dot(normal, offset) - distance
+    contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
+    contacts[slot].thickness = ply.thickness
+    contacts[slot].friction = ply.friction
+    jump = wp.max(before - gap, zero)
+    allowance, taken = settled(
+        law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
+    )
+    contacts[slot].allowance = allowance
+    lost[i] += wp.vec3d(zero, taken, zero)
+    wp.atomic_max(deepest, ply.number, -gap)
+    wp.atomic_max(largest_jump, ply.number, allowance)
+
+
+@wp.kernel(enable_backward=False)
+def find_self_contacts(
+    law: ContactLaw,
+    search: PlySearch,
+    facets: PlyFacets,
+    flat: FlatPly,
+    ply: SearchedSelf,
+    first: int,
+    mass: wp.array(dtype=wp.float64),
+    x: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
+    springs: wp.array(dtype=wp.vec3d),
+    spent: wp.array(dtype=wp.float64),
+    memory: wp.array(dtype=SelfMemory),
+    contacts: wp.array(dtype=PlyContact),
+    pressing: wp.array(dtype=wp.int32),
+    lost: wp.array(dtype=wp.vec3d),
+    deepest: wp.array(dtype=wp.float64),
+    largest_jump: wp.array(dtype=wp.float64),
+):
+    """Find the triangles of a vertex's own ply nearest to it on both sides; one thread a vertex.
+
+    A vertex keeps to the side of a fold on which it came near. Beyond a border it touches for half
+    a thickness more, then nothing. A vertex from which all is far is left out of the next searches,
+    until something can have come near.
+
+    Args:
+        law: contact law.
+        search: how to look.
+        facets: of all plies.
+        flat: the flat plies.
+        ply: the searched one.
+        first: number of the first vertex.
+        mass: shape [vertex] [kg].
+        x: positions [m], shape [vertex].
+        stored: energy of the contact springs after the last step [J], shape [slot].
+        springs: stick springs [m], shape [slot].
+        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
+        memory: of the searches, shape [slot]; updated.
+        contacts: shape [slot]; overwritten.
+        pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        deepest: largest penetration so far [m], what is allowed included, shape [ply]; raised.
+        largest_jump: largest penetration allowed so far [m], shape [ply]; raised.
+    """
+    i = first + wp.tid()
+    above = ply.first_slot + i - ply.first_vertex
+    below = above + ply.vertices
+    if memory[above].wait > 0:
+        memory[above].wait -= search.asks
+        return
+    if search.asks == 0 and memory[above].seen == 0 and memory[below].seen == 0:
+        return
+    point = x[i]
+    upper = no_facet()
+    lower = no_facet()
+    if memory[above].seen > 0 and (search.asks == 0 or contacts[above].near == 1):
+        upper = walk_on_fold(flat, facets, i, memory[above].seen - 1, x)
+    if memory[below].seen > 0 and (search.asks == 0 or contacts[below].near == 1):
+        lower = walk_on_fold(flat, facets, i, memory[below].seen - 1, x)
+    if search.asks == 1:
+        held_above = upper
+        held_below = lower
+        nearest = search.radius * search.radius
+        margin = wp.vec3d(search.radius, search.radius, search.radius)
+        query = wp.mesh_query_aabb(ply.mesh, to_single(point - margin), to_single(point + margin))
+        for face in query:
+            there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
+            square = wp.length_sq(there.offset)
+            if square < search.radius * search.radius and is_another_fold(flat, facets, i, there):
+                nearest = wp.min(nearest, square)
+                over = is_same_place(flat, facets, i, held_above, there)
+                under = is_same_place(flat, facets, i, held_below, there)
+                if over == under:
+                    over = wp.dot(there.offset, upward(facets, there, x)) >= wp.float64(0.0)
+                if over:
+                    if upper.facet < 0 or square < wp.length_sq(upper.offset):
+                        upper = there
+                else:
+                    if lower.facet < 0 or square < wp.length_sq(lower.offset):
+                        lower = there
+        memory[above].wait = wp.max(waits(wp.sqrt(nearest) - ply.thickness, ply.pace), 0)
+    touch(
+        law,
+        search,
+        facets,
+        ply,
+        i,
+        above,
+        wp.float64(1.0),
+        upper,
+        mass,
+        x,
+        stored,
+        springs,
+        spent,
+        memory,
+        contacts,
+        lost,
+        deepest,
+        largest_jump,
+    )
+    touch(
+        law,
+        search,
+        facets,
+        ply,
+        i,
+        below,
+        -wp.float64(1.0),
+        lower,
+        mass,
+        x,
+        stored,
+        springs,
+        spent,
+        memory,
+        contacts,
+        lost,
+        deepest,
+        largest_jump,
+    )
+    # What is let go of still hands in its energy in the next step.
+    let_go = stored[above] > wp.float64(0.0) or stored[below] > wp.float64(0.0)
+    near = contacts[above].near == 1 or contacts[below].near == 1
+    pressing[i] = wp.where(near or let_go, 1, 0)
+
+
+@wp.kernel(enable_backward=False)
+def add_self_forces(
+    law: ContactLaw,
+    ply: SearchedSelf,
+    first: int,
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    contacts: wp.array(dtype=PlyContact),
+    pressing: wp.array(dtype=wp.int32),
+    springs: wp.array(dtype=wp.vec3d),
+    dashpots: wp.array(dtype=wp.float64),
+    f: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=wp.vec3d),
+    stored: wp.array(dtype=wp.float64),
+    slip: wp.array(dtype=wp.float64),
+    spent: wp.array(dtype=wp.float64),
+):
+    """Add the forces between vertices and their own ply to ``f``; one thread a vertex.
+
+    Args:
+        law: contact law.
+        ply: the ply.
+        first: number of the first vertex.
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        contacts: shape [slot].
+        pressing: whether a vertex may touch before the next search, shape [vertex].
+        springs: stick springs [m], shape [slot]; updated.
+        dashpots: dashpot forces [N], shape [slot]; overwritten.
+        f: forces [N], shape [vertex]; accumulated.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+        stored: energy of the contact springs [J], shape [slot]; overwritten.
+        slip: distance slid so far [m], shape [slot]; accumulated.
+        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+    """
+    i = first + wp.tid()
+    if pressing[i] == 0:
+        return
+    for side in range(2):
+        slot = ply.first_slot + side * ply.vertices + i - ply.first_vertex
+        press_on_ply(law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent)

@@ -1,0 +1,207 @@
+"""Contact of a ply with itself: which plies, what it needs on a device, launches, entries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.contact.law import contact_law, near_reach
+from warpdrape.contact.ply_surfaces import ASK_EVERY, PlySurfaces, ply_search
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.kernels.contact import on_ply
+from warpdrape.kernels.contact import self_contact as kernels
+from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf
+from warpdrape.setup import Setup
+from warpdrape.state import Across, Apart, PlyState
+from warpdrape.timing import Timing
+
+THICKNESSES_APART = 4.0
+"""Distance along the flat ply, in thicknesses, from which on two points may touch. Pressed shut, the
+sides of a fold are a thickness apart π/2 thicknesses along it; shear of 70° brings points of a
+flat ply to a quarter of their distance."""
+SIDES_APART = 1.25
+"""The same in sides of triangles, the longest at the vertex: a fold goes along a row of edges."""
+
+
+@dataclass(frozen=True, eq=False)
+class SelfContactMemory:
+    """What it remembers; a slot is a vertex and a side of its ply.
+
+    Attributes:
+        seen: of the searches, shape [slot].
+        contacts: the nearest triangle, shape [slot].
+        pressing: whether a vertex may touch before the next search, shape [vertex].
+        springs: friction springs [m], shape [slot].
+        dashpots: dashpot forces of the step before [N], shape [slot].
+        stored: energy in contact [J], shape [slot].
+        slip: way slid [m], shape [slot].
+        spent: lost to friction and damping since the last search [J], shape [slot].
+        deepest: deepest penetration of each ply into itself [m], shape [ply].
+        jump: largest penetration that a jump of the gap allowed [m], likewise.
+    """
+
+    seen: wp.array
+    contacts: wp.array
+    pressing: wp.array
+    springs: wp.array
+    dashpots: wp.array
+    stored: wp.array
+    slip: wp.array
+    spent: wp.array
+    deepest: wp.array
+    jump: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
+
+
+@dataclass(frozen=True, eq=False)
+class SelfContact:
+    """Contact of plies with themselves.
+
+    Attributes:
+        device: Warp device.
+        scene: what is computed.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        surfaces: the plies' surfaces.
+        flat: the flat plies.
+        plies: those that may touch themselves, for the kernels.
+        law: the contact law.
+    """
+
+    device: str
+    scene: Setup
+    timing: Timing
+    mass: wp.array
+    surfaces: PlySurfaces
+    flat: FlatPly
+    plies: tuple[SearchedSelf, ...]
+    law: ContactLaw
+    name: str = "self-contact"
+    searches: str = "self-search"
+
+    def start(self) -> SelfContactMemory:
+        """Nothing found yet."""
+        slots, real = 2 * sum(ply.vertices for ply in self.plies), wp.float64
+
+        def zeros(count: int, dtype: Any) -> wp.array:
+            return wp.zeros(count, dtype=dtype, device=self.device)
+
+        return SelfContactMemory(
+            seen=zeros(slots, kernels.SelfMemory),
+            contacts=zeros(slots, on_ply.PlyContact),
+            pressing=zeros(self.mass.shape[0], wp.int32),
+            springs=zeros(slots, wp.vec3d),
+            dashpots=zeros(slots, real),
+            stored=zeros(slots, real),
+            slip=zeros(slots, real),
+            spent=zeros(slots, real),
+            deepest=zeros(len(self.scene.plies), real),
+            jump=zeros(len(self.scene.plies), real),
+        )
+
+    def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
+        """Searches of a part's own vertices, and the forces of what they found."""
+        own = [(ply, run) for ply in self.plies for run in share.by_ply[ply.number]]
+        return Launches(
+            ask=tuple(self._find(*each, bodies.plies, memory, asking=True) for each in own),
+            walk=tuple(self._find(*each, bodies.plies, memory, asking=False) for each in own),
+            scatter=tuple(self._forces(*each, bodies.plies, memory) for each in own),
+        )
+
+    def _find(
+        self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory, *, asking: bool
+    ) -> Launch:
+        search = ply_search(self.scene, self.timing, ply.thickness, asking=asking)
+        inputs = [self.law, search, self.surfaces.facets, self.flat, ply, run.first]
+        inputs += [self.mass, plies.x, memory.stored, memory.springs]
+        outputs = [memory.spent, memory.seen, memory.contacts, memory.pressing]
+        outputs += [plies.lost, memory.deepest, memory.jump]
+        return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
+
+    def _forces(
+        self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
+    ) -> Launch:
+        inputs = [self.law, ply, run.first, plies.x, plies.v, memory.contacts, memory.pressing]
+        kept = [memory.springs, memory.dashpots]
+        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.slip, memory.spent]
+        return Launch(kernels.add_self_forces, run.count, inputs, outputs)
+
+    def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:
+        """Energy in contact springs and friction springs; slip and penetration of each ply."""
+        stored, slip = memory.stored.numpy(), memory.slip.numpy()
+        deepest, jump = memory.deepest.numpy(), memory.jump.numpy()
+        entries = []
+        for ply in self.plies:
+            slots = slice(ply.first_slot, ply.first_slot + 2 * ply.vertices)
+            touching = (stored[slots] > 0.0).reshape(2, -1).any(axis=0)
+            entries.append(
+                {
+                    "ply": self.scene.plies[ply.number].name,
+                    "touching_vertices": int(touching.sum()),
+                    "max_slip_m": float(slip[slots].max()),
+                    "max_penetration_m": float(deepest[ply.number]),
+                    "max_gap_jump_m": float(jump[ply.number]),
+                }
+            )
+        return Measured({"contact": float(stored.sum())}, entries={"self_contact": entries})
+
+
+def build(
+    scene: Setup,
+    spans: tuple[Span, ...],
+    timing: Timing,
+    mass: wp.array,
+    surfaces: PlySurfaces | None,
+    device: str,
+) -> SelfContact | None:
+    """Put on a device what searches need of the plies that touch themselves; None if none does.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        surfaces: the plies' surfaces.
+        device: Warp device.
+    """
+    numbers = [n for n, ply in enumerate(scene.plies) if scene.touches_itself(ply)]
+    if not numbers:
+        return None
+    flat = FlatPly()
+    places = np.concatenate([ply.rest_points for ply in scene.plies])
+    flat.places = wp.array(places, dtype=wp.vec3d, device=device)
+    apart = np.concatenate([_apart(ply) for ply in scene.plies])
+    flat.apart = wp.array(apart, dtype=wp.float64, device=device)
+    plies, slot = [], 0
+    for number in numbers:
+        ply, span, searched = scene.plies[number], spans[number], SearchedSelf()
+        searched.mesh = surfaces.meshes[number].id
+        searched.number = number
+        searched.first_triangle = span.first_triangle
+        searched.first_vertex = span.first_vertex
+        searched.vertices = span.vertex_count
+        searched.first_slot = slot
+        searched.thickness = ply.fabric.thickness
+        searched.friction = scene.friction_between(ply, ply)
+        searched.pace = ASK_EVERY * near_reach(scene)
+        plies.append(searched)
+        slot += 2 * span.vertex_count
+    law = contact_law(scene, timing.time_step)
+    return SelfContact(device, scene, timing, mass, surfaces, flat, tuple(plies), law)
+
+
+def _apart(ply: Ply) -> np.ndarray:
+    """Distance along the flat ply from which on points may touch a vertex [m], shape [n]."""
+    points, triangles = np.asarray(ply.mesh.vertices), np.asarray(ply.mesh.triangles)
+    longest = np.zeros(len(points))
+    for side in ((0, 1), (1, 2), (2, 0)):
+        ends = triangles[:, side]
+        length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1)
+        for end in ends.T:
+            np.maximum.at(longest, end, length)
+    return np.maximum(THICKNESSES_APART * ply.fabric.thickness, SIDES_APART * longest)
