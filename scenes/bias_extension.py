@@ -79,6 +79,7 @@ def build(
         clamps=[_clamp("lower", -0.5 * height), _clamp("upper", 0.5 * height, pull)],
         duration=duration,
         gravity=(0.0, 0.0, 0.0),
+        self_contact=False,
         numerics=coupon_numerics(averaging, damping),
         parameters=parameters,
         **coupon_files(curve),

@@ -83,6 +83,7 @@ def build(
         ],
         duration=duration,
         gravity=(0.0, 0.0, 0.0),
+        self_contact=False,
         numerics=coupon_numerics(averaging, damping),
         parameters=parameters,
         **coupon_files(lambda result: stretch_curve(result, ply.fabric, side, strains)),

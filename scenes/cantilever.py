@@ -61,6 +61,7 @@ def build(
         clamps=[Clamp(name="platform", ply="strip", where=lambda p: p[:, 0] < -0.4999 * length)],
         duration=SETTLED / lowest,
         gravity=(0.0, 0.0, -GRAVITY),
+        self_contact=False,
         numerics=Numerics(damping=2.0 * lowest, yarn_softening=softest),
         parameters=parameters,
         report=lambda result: {"cantilever": read_strip(result, length, cloth.areal_density)},

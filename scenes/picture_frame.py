@@ -94,6 +94,7 @@ def build(
         clamps=[frame],
         duration=duration,
         gravity=(0.0, 0.0, 0.0),
+        self_contact=False,
         numerics=coupon_numerics(averaging, damping),
         parameters=parameters,
         **coupon_files(curve),

@@ -281,6 +281,4 @@ def add_ply_forces(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
-    press_on_ply(
-        law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent
-    )
+    press_on_ply(law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent)

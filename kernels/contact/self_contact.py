@@ -16,6 +16,7 @@ from .facets import (
     nearest_on_facet,
     no_facet,
 )
+from .folds import Patches
 from .on_ply import (
     PlyContact,
     PlySearch,
@@ -24,17 +25,8 @@ from .on_ply import (
     press_on_ply,
     settled,
     spring_energy,
-    waits,
 )
 from .surface import to_single, weighted
-
-
-@wp.struct
-class SelfMemory:
-    """What the search of a slot remembers; zero at first."""
-
-    seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
-    wait: wp.int32  # asking searches that may leave the vertex out; of its upper slot
 
 
 @wp.struct
@@ -49,7 +41,6 @@ class SearchedSelf:
     first_slot: wp.int32  # upper sides first, then the lower ones
     thickness: wp.float64  # m
     friction: wp.float64  # μ [-]
-    pace: wp.float64  # by which two points may come nearer from ask to ask [m]
 
 
 @wp.struct
@@ -151,7 +142,7 @@ def touch(
     stored: wp.array(dtype=wp.float64),
     springs: wp.array(dtype=wp.vec3d),
     spent: wp.array(dtype=wp.float64),
-    memory: wp.array(dtype=SelfMemory),
+    seen: wp.array(dtype=wp.int32),
     contacts: wp.array(dtype=PlyContact),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
@@ -169,7 +160,7 @@ def touch(
     contacts[slot].near = 0
     budget = wp.max(spent[slot], zero)
     spent[slot] = zero
-    memory[slot].seen = nearest.facet + 1
+    seen[slot] = nearest.facet + 1
     if nearest.facet < 0:
         return
     offset = nearest.offset
@@ -218,13 +209,15 @@ def find_self_contacts(
     facets: PlyFacets,
     flat: FlatPly,
     ply: SearchedSelf,
+    patches: Patches,
+    folded: wp.array(dtype=wp.int32),
     first: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
     springs: wp.array(dtype=wp.vec3d),
     spent: wp.array(dtype=wp.float64),
-    memory: wp.array(dtype=SelfMemory),
+    seen: wp.array(dtype=wp.int32),
     contacts: wp.array(dtype=PlyContact),
     pressing: wp.array(dtype=wp.int32),
     lost: wp.array(dtype=wp.vec3d),
@@ -234,8 +227,7 @@ def find_self_contacts(
     """Find the triangles of a vertex's own ply nearest to it on both sides; one thread a vertex.
 
     A vertex keeps to the side of a fold on which it came near. Beyond a border it touches for half
-    a thickness more, then nothing. A vertex from which all is far is left out of the next searches,
-    until something can have come near.
+    a thickness more, then nothing. Where the ply has not folded vertices are left out.
 
     Args:
         law: contact law.
@@ -243,13 +235,15 @@ def find_self_contacts(
         facets: of all plies.
         flat: the flat plies.
         ply: the searched one.
+        patches: the plies' patches.
+        folded: whether a patch may touch its ply, shape [patch].
         first: number of the first vertex.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         stored: energy of the contact springs after the last step [J], shape [slot].
         springs: stick springs [m], shape [slot].
         spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
-        memory: of the searches, shape [slot]; updated.
+        seen: the nearest triangle plus one, 0 if none was in sight, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
@@ -259,29 +253,28 @@ def find_self_contacts(
     i = first + wp.tid()
     above = ply.first_slot + i - ply.first_vertex
     below = above + ply.vertices
-    if memory[above].wait > 0:
-        memory[above].wait -= search.asks
-        return
-    if search.asks == 0 and memory[above].seen == 0 and memory[below].seen == 0:
+    asks = search.asks == 1 and (folded[patches.of_vertex[i]] == 1 or pressing[i] == 1)
+    if search.asks == 1 and not asks:
+        seen[above] = 0
+        seen[below] = 0
+    if not asks and seen[above] == 0 and seen[below] == 0:
         return
     point = x[i]
     upper = no_facet()
     lower = no_facet()
-    if memory[above].seen > 0 and (search.asks == 0 or contacts[above].near == 1):
-        upper = walk_on_fold(flat, facets, i, memory[above].seen - 1, x)
-    if memory[below].seen > 0 and (search.asks == 0 or contacts[below].near == 1):
-        lower = walk_on_fold(flat, facets, i, memory[below].seen - 1, x)
-    if search.asks == 1:
+    if seen[above] > 0 and (not asks or contacts[above].near == 1):
+        upper = walk_on_fold(flat, facets, i, seen[above] - 1, x)
+    if seen[below] > 0 and (not asks or contacts[below].near == 1):
+        lower = walk_on_fold(flat, facets, i, seen[below] - 1, x)
+    if asks:
         held_above = upper
         held_below = lower
-        nearest = search.radius * search.radius
         margin = wp.vec3d(search.radius, search.radius, search.radius)
         query = wp.mesh_query_aabb(ply.mesh, to_single(point - margin), to_single(point + margin))
         for face in query:
             there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
             square = wp.length_sq(there.offset)
             if square < search.radius * search.radius and is_another_fold(flat, facets, i, there):
-                nearest = wp.min(nearest, square)
                 over = is_same_place(flat, facets, i, held_above, there)
                 under = is_same_place(flat, facets, i, held_below, there)
                 if over == under:
@@ -292,7 +285,6 @@ def find_self_contacts(
                 else:
                     if lower.facet < 0 or square < wp.length_sq(lower.offset):
                         lower = there
-        memory[above].wait = wp.max(waits(wp.sqrt(nearest) - ply.thickness, ply.pace), 0)
     touch(
         law,
         search,
@@ -307,7 +299,7 @@ def find_self_contacts(
         stored,
         springs,
         spent,
-        memory,
+        seen,
         contacts,
         lost,
         deepest,
@@ -327,7 +319,7 @@ def find_self_contacts(
         stored,
         springs,
         spent,
-        memory,
+        seen,
         contacts,
         lost,
         deepest,

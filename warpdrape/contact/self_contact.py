@@ -9,19 +9,21 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.contact.law import contact_law, near_reach
-from warpdrape.contact.ply_surfaces import ASK_EVERY, PlySurfaces, ply_search
+from warpdrape.contact.folds import cut_into_patches
+from warpdrape.contact.law import contact_law
+from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
-from warpdrape.kernels.contact import on_ply
+from warpdrape.kernels.contact import folds, on_ply
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.folds import Patches
 from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
 from warpdrape.timing import Timing
 
 THICKNESSES_APART = 4.0
-"""Distance along the flat ply, in thicknesses, from which on two points may touch. Pressed shut, the
+"""Distance along the flat ply, in thicknesses, from which on points may touch. Pressed shut, the
 sides of a fold are a thickness apart π/2 thicknesses along it; shear of 70° brings points of a
 flat ply to a quarter of their distance."""
 SIDES_APART = 1.25
@@ -33,7 +35,7 @@ class SelfContactMemory:
     """What it remembers; a slot is a vertex and a side of its ply.
 
     Attributes:
-        seen: of the searches, shape [slot].
+        seen: the triangle last seen plus one, shape [slot].
         contacts: the nearest triangle, shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
         springs: friction springs [m], shape [slot].
@@ -41,6 +43,7 @@ class SelfContactMemory:
         stored: energy in contact [J], shape [slot].
         slip: way slid [m], shape [slot].
         spent: lost to friction and damping since the last search [J], shape [slot].
+        folded: whether a patch may touch its ply, shape [patch].
         deepest: deepest penetration of each ply into itself [m], shape [ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
@@ -53,6 +56,7 @@ class SelfContactMemory:
     stored: wp.array
     slip: wp.array
     spent: wp.array
+    folded: wp.array
     deepest: wp.array
     jump: wp.array
     apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
@@ -70,6 +74,8 @@ class SelfContact:
         surfaces: the plies' surfaces.
         flat: the flat plies.
         plies: those that may touch themselves, for the kernels.
+        patches: all plies cut into patches.
+        runs: which patches are of each ply.
         law: the contact law.
     """
 
@@ -80,6 +86,8 @@ class SelfContact:
     surfaces: PlySurfaces
     flat: FlatPly
     plies: tuple[SearchedSelf, ...]
+    patches: Patches
+    runs: tuple[Run, ...]
     law: ContactLaw
     name: str = "self-contact"
     searches: str = "self-search"
@@ -92,7 +100,7 @@ class SelfContact:
             return wp.zeros(count, dtype=dtype, device=self.device)
 
         return SelfContactMemory(
-            seen=zeros(slots, kernels.SelfMemory),
+            seen=zeros(slots, wp.int32),
             contacts=zeros(slots, on_ply.PlyContact),
             pressing=zeros(self.mass.shape[0], wp.int32),
             springs=zeros(slots, wp.vec3d),
@@ -100,6 +108,7 @@ class SelfContact:
             stored=zeros(slots, real),
             slip=zeros(slots, real),
             spent=zeros(slots, real),
+            folded=wp.ones(len(self.patches.column), dtype=wp.int32, device=self.device),
             deepest=zeros(len(self.scene.plies), real),
             jump=zeros(len(self.scene.plies), real),
         )
@@ -108,17 +117,47 @@ class SelfContact:
         """Searches of a part's own vertices, and the forces of what they found."""
         own = [(ply, run) for ply in self.plies for run in share.by_ply[ply.number]]
         return Launches(
+            copy=tuple(
+                launch
+                for ply in self.plies
+                if ply.number in share.plies and self.scene.numerics.contact == "fast"
+                for launch in self._mark(ply, bodies.plies, memory)
+            ),
             ask=tuple(self._find(*each, bodies.plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, bodies.plies, memory, asking=False) for each in own),
             scatter=tuple(self._forces(*each, bodies.plies, memory) for each in own),
         )
 
+    def _mark(
+        self, ply: SearchedSelf, plies: PlyState, memory: SelfContactMemory
+    ) -> tuple[Launch, Launch]:
+        first, count = self.runs[ply.number]
+        margin = ply_search(self.scene, self.timing, ply.thickness, asking=True).radius
+        inputs = [self.surfaces.facets, plies.x, first]
+        bound = Launch(folds.bound_patches, count, inputs, [self.patches])
+        inputs = [self.patches, first, count, margin]
+        return bound, Launch(folds.mark_folds, count, inputs, [memory.folded])
+
     def _find(
-        self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory, *, asking: bool
+        self,
+        ply: SearchedSelf,
+        run: Run,
+        plies: PlyState,
+        memory: SelfContactMemory,
+        *,
+        asking: bool,
     ) -> Launch:
         search = ply_search(self.scene, self.timing, ply.thickness, asking=asking)
-        inputs = [self.law, search, self.surfaces.facets, self.flat, ply, run.first]
-        inputs += [self.mass, plies.x, memory.stored, memory.springs]
+        inputs = [self.law, search, self.surfaces.facets, self.flat, ply]
+        inputs += [
+            self.patches,
+            memory.folded,
+            run.first,
+            self.mass,
+            plies.x,
+            memory.stored,
+            memory.springs,
+        ]
         outputs = [memory.spent, memory.seen, memory.contacts, memory.pressing]
         outputs += [plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
@@ -188,11 +227,13 @@ def build(
         searched.first_slot = slot
         searched.thickness = ply.fabric.thickness
         searched.friction = scene.friction_between(ply, ply)
-        searched.pace = ASK_EVERY * near_reach(scene)
         plies.append(searched)
         slot += 2 * span.vertex_count
     law = contact_law(scene, timing.time_step)
-    return SelfContact(device, scene, timing, mass, surfaces, flat, tuple(plies), law)
+    patches, runs = cut_into_patches(scene.plies, spans, device)
+    return SelfContact(
+        device, scene, timing, mass, surfaces, flat, tuple(plies), patches, runs, law
+    )
 
 
 def _apart(ply: Ply) -> np.ndarray:
