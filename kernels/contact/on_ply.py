@@ -103,7 +103,7 @@ def settled(
 
     When the gap would jump to a deeper penetration the difference is allowed for and fades, slowly
     where it is large, so that forces stay continuous and nothing is thrown out. What fades loads
-    the spring: it is paid for by what friction and damping have taken since the last search, so
+    the spring: it is paid for by what the contact has lost to friction and damping, so
     that no energy comes from nowhere.
 
     Args:
@@ -115,7 +115,7 @@ def settled(
         spring: stick spring [m].
         jump: by which the gap has become deeper, or 0 [m].
         had: energy of the springs before the search [J].
-        budget: lost to friction and damping since the last search [J].
+        budget: what the contact has lost since it came near, less what was taken back [J].
     """
     zero = wp.float64(0.0)
     contact.allowance = jump
@@ -164,7 +164,7 @@ def press_on_ply(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     if contacts[slot].near == 0:
         if stored[slot] > wp.float64(0.0):  # slid over a ply's edge

@@ -159,7 +159,7 @@ def find_ply_contacts(
         hollows: room on the hollow sides, above and below [m], shape [vertex].
         stored: energy of the contact springs after the last step [J], shape [slot].
         springs: stick springs [m], shape [slot]; let go where another ply is met.
-        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
+        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
         memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
@@ -240,6 +240,7 @@ def find_ply_contacts(
         law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
+    spent[slot] = budget + taken
     lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
@@ -276,7 +277,7 @@ def add_ply_forces(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     thread = wp.tid()
     i = first_vertex + thread

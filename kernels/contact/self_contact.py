@@ -197,6 +197,7 @@ def touch(
         law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
+    spent[slot] = budget + taken
     lost[i] += wp.vec3d(zero, taken, zero)
     wp.atomic_max(deepest, ply.number, -gap)
     wp.atomic_max(largest_jump, ply.number, allowance)
@@ -242,7 +243,7 @@ def find_self_contacts(
         x: positions [m], shape [vertex].
         stored: energy of the contact springs after the last step [J], shape [slot].
         springs: stick springs [m], shape [slot].
-        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
+        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
         seen: the nearest triangle plus one, 0 if none was in sight, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.
@@ -364,7 +365,7 @@ def add_self_forces(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     i = first + wp.tid()
     if pressing[i] == 0:

@@ -197,7 +197,7 @@ def settle_features(
         presses: points that may press a triangle, shape [triangle].
         memory: of the searches, shape [slot]; what it was before them is cleared.
         contacts: shape [slot]; mass and allowance are overwritten.
-        spent: lost to friction and damping since the last search [J], shape [slot]; cleared.
+        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
         lost: (friction, contact damping) [J], shape [slot]; accumulated.
     """
     k = wp.tid()
@@ -215,6 +215,7 @@ def settle_features(
     had = memory[slot].had
     allowance, taken = settled(law, search, contacts[slot], x, at, springs[slot], jump, had, budget)
     contacts[slot].allowance = allowance
+    spent[slot] = budget + taken
     lost[slot] += wp.vec2d(wp.float64(0.0), taken)
 
 
@@ -250,7 +251,7 @@ def add_feature_forces(
         springs: stick springs [m], shape [slot]; updated.
         dashpots: dashpot forces [N], shape [slot]; updated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
-        spent: lost to friction and damping since the last search [J], shape [slot]; accumulated.
+        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
         lost: (friction, contact damping) [J], shape [slot]; accumulated.
         f: forces [N], shape [vertex]; accumulated.
         reaction: forces on the tools [N], shape [place · tool]; accumulated.

@@ -47,7 +47,8 @@ class PlyMemory:
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
         slip: way slid [m], shape [slot].
-        spent: lost to friction and damping since the last search [J], shape [slot].
+        spent: what a contact has lost since it came near, less what was taken back [J],
+            shape [slot].
         deepest: deepest penetration of each ply's vertices into each ply [m], shape [ply · ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.
     """

@@ -42,7 +42,8 @@ class SelfContactMemory:
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
         slip: way slid [m], shape [slot].
-        spent: lost to friction and damping since the last search [J], shape [slot].
+        spent: what a contact has lost since it came near, less what was taken back [J],
+            shape [slot].
         folded: whether a patch may touch its ply, shape [patch].
         deepest: deepest penetration of each ply into itself [m], shape [ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.

@@ -32,7 +32,8 @@ class FeatureContactMemory:
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
-        spent: lost to friction and damping since the last search [J], shape [slot].
+        spent: what a contact has lost since it came near, less what was taken back [J],
+            shape [slot].
         lost: (friction, contact damping) [J], shape [slot].
         deepest: deepest penetration of each tool [m], shape [tool].
     """
