@@ -29,7 +29,7 @@ from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.phases import time_phases
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.results.result import read_plies
+from warpdrape.results.result import read_plies, shown_at_vertices
 from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 from warpdrape.scenes import circular_table, hemisphere, stacked_hemisphere, three_ply_hemisphere
 from warpdrape.state import State
@@ -242,7 +242,10 @@ def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
     written = min(USUAL_FRAMES, max(4, WRITTEN_TRIANGLES // triangles))
     together = math.ceil(SAVE_EVERY * USUAL_FRAMES / run)
     x, random = state.plies.x.numpy().copy(), np.random.default_rng(0)
-    plies = [PlyShape(p.name, p.rest_points, p.mesh.triangles) for p in scene.plies]
+    plies = [
+        PlyShape(p.name, p.rest_points, p.mesh.triangles, shown_at_vertices(scene, p))
+        for p in scene.plies
+    ]
     tools = [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools]
     with tempfile.TemporaryDirectory() as folder:
         UsdWriter(Path(folder, "starts_the_library.usdc"), plies, tools).close()
@@ -255,7 +258,7 @@ def time_frames(model: Model, state: State, run: float) -> tuple[float, float]:
             start = time.process_time()
             measured = energy.measure(model, state)
             energy.balance(model, state, measured)
-            formed = read_plies(model, state, energy.of_forces(model, measured))
+            formed = read_plies(model, state, measured)
             read = time.process_time()
             now = frame * model.timing.steps_per_frame * model.timing.time_step
             shown = [ply.frame() for ply in formed]

@@ -12,6 +12,7 @@ from warpdrape.contact.law import step_share
 from warpdrape.contact.self_contact import SelfContact
 from warpdrape.dynamics import energy, stepping
 from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.interaction import bodies_of
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.numerics import Numerics
 
@@ -281,7 +282,13 @@ def test_a_fold_pressed_shut_is_two_thicknesses_high(device):
     lower, upper = levels[levels < 0.5 * THICKNESS], levels[levels > 0.5 * THICKNESS]
     assert upper.mean() - lower.mean() == pytest.approx(THICKNESS, rel=0.02)
     contact, memory = of_kind(model, state, SelfContact)
-    entry = contact.measure(None, memory).entries["self_contact"][0]
+    measured = contact.measure(bodies_of(state), memory)
+    lower_face, upper_face = measured.pressing["contact_pressure"]
+    assert 0.85 * 40.0 < upper_face.sum() < 1.01 * 40.0, (
+        "both legs bear the plate; a little the fold"
+    )
+    assert lower_face.sum() < 0.05 * 20.0
+    entry = measured.entries["self_contact"][0]
     assert entry["touching_vertices"] > 50
     assert entry["max_penetration_m"] < 0.05 * THICKNESS
     height, *_ = pressed(device, self_contact=False)

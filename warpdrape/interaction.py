@@ -138,6 +138,8 @@ class Measured:
         stored: energies by name [J].
         lost: energies lost so far by name [J]; "friction" and "contact damping" of contacts.
         fields: by ply, arrays over its triangles or vertices by name; see `FormedPly`.
+        pressing: normal forces on vertices by the name of their pressure [N], shape [row, vertex];
+            rows are faces of the ply, lower and upper, or tools. What several contacts show adds.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
         touched: numbers of plies that a contact has touched, but for what `PlyState.lost` tells.
     """
@@ -145,6 +147,7 @@ class Measured:
     stored: Mapping[str, float] = field(default_factory=dict)
     lost: Mapping[str, float] = field(default_factory=dict)
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
+    pressing: Mapping[str, np.ndarray] = field(default_factory=dict)
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     touched: frozenset[int] = frozenset()
 

@@ -19,7 +19,6 @@ from warpdrape.dynamics.energy import (
     internal_energy,
     kinetic_energy,
     measure,
-    of_forces,
 )
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import Model, build_model, initial_state
@@ -37,7 +36,7 @@ from warpdrape.errors import InputError, RunFailed
 from warpdrape.interaction import Measured
 from warpdrape.results.history import history_row
 from warpdrape.results.progress import Progress
-from warpdrape.results.result import FormedPly, Result, read_plies
+from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
 from warpdrape.results.summary import ENERGY_FAILURE, summarise
@@ -213,7 +212,7 @@ class Recorder:
             self._usd = UsdWriter(
                 folder.scene_path,
                 [
-                    PlyShape(p.name, p.rest_points, p.mesh.triangles, p.fabric.bends)
+                    PlyShape(p.name, p.rest_points, p.mesh.triangles, shown_at_vertices(scene, p))
                     for p in scene.plies
                 ],
                 [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
@@ -246,7 +245,7 @@ class Recorder:
         measured = measure(model, state)
         energies = balance(model, state, measured)
         now, steps = loading.simulated, self.steps - self._steps_before
-        plies = read_plies(model, state, of_forces(model, measured))
+        plies = read_plies(model, state, measured)
         self._refuse_nonsense(plies, now)
         self._refuse_passage(state, now)
         self._note_squeeze(state, now)

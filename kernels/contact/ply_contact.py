@@ -159,7 +159,7 @@ def find_ply_contacts(
         hollows: room on the hollow sides, above and below [m], shape [vertex].
         stored: energy of the contact springs after the last step [J], shape [slot].
         springs: stick springs [m], shape [slot]; let go where another ply is met.
-        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
+        spent: lost since it came near, less what was taken back [J], shape [slot]; updated.
         memory: of the searches, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.

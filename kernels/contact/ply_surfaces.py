@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .facets import PlyFacets
+from .facets import PlyFacets, ask_for_nearest
 from .surface import edge_sag, to_single
 
 
@@ -64,3 +64,34 @@ def compute_hollows(
         above = wp.max(above, -dome)
         below = wp.max(below, dome)
     hollows[i] = wp.vec2d(above, below)
+
+
+@wp.kernel(enable_backward=False)
+def find_places(
+    first: int,
+    facets: PlyFacets,
+    mesh: wp.uint64,
+    first_triangle: int,
+    radius: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    corners: wp.array(dtype=wp.vec3i),
+    weights: wp.array(dtype=wp.vec3d),
+):
+    """Find the place of a ply nearest to each vertex of another; one thread a vertex, from first.
+
+    Args:
+        first: number of the first vertex.
+        facets: of all plies.
+        mesh: query mesh of the searched ply.
+        first_triangle: of that ply.
+        radius: how far it may be [m].
+        x: positions [m], shape [vertex].
+        corners: of the triangle there, shape [vertex]; overwritten where there is one.
+        weights: of its corners, zero where there is none, shape [vertex]; overwritten.
+    """
+    i = first + wp.tid()
+    place = ask_for_nearest(facets, mesh, first_triangle, radius, x, x[i])
+    weights[i] = wp.vec3d()
+    if place.facet >= 0:
+        corners[i] = facets.corners[place.facet]
+        weights[i] = place.weights

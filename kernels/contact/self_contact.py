@@ -243,7 +243,7 @@ def find_self_contacts(
         x: positions [m], shape [vertex].
         stored: energy of the contact springs after the last step [J], shape [slot].
         springs: stick springs [m], shape [slot].
-        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
+        spent: lost since it came near, less what was taken back [J], shape [slot]; updated.
         seen: the nearest triangle plus one, 0 if none was in sight, shape [slot]; updated.
         contacts: shape [slot]; overwritten.
         pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.

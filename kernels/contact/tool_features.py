@@ -197,7 +197,7 @@ def settle_features(
         presses: points that may press a triangle, shape [triangle].
         memory: of the searches, shape [slot]; what it was before them is cleared.
         contacts: shape [slot]; mass and allowance are overwritten.
-        spent: what it has lost since it came near, less what was taken back [J], shape [slot]; updated.
+        spent: lost since it came near, less what was taken back [J], shape [slot]; updated.
         lost: (friction, contact damping) [J], shape [slot]; accumulated.
     """
     k = wp.tid()

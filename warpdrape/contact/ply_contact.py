@@ -10,7 +10,9 @@ import numpy as np
 import warp as wp
 
 from warpdrape.contact.law import contact_law
+from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
+from warpdrape.contact.pressure import LOWER, UPPER, normal_forces, on_corners, vertex_shapes
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
@@ -78,6 +80,7 @@ class PlyContact:
         surfaces: the plies' surfaces.
         stack: the plies, for the kernels.
         looks: whose vertices look which way.
+        partners: which places lay on each other.
         law: the contact law.
     """
 
@@ -89,6 +92,7 @@ class PlyContact:
     surfaces: PlySurfaces
     stack: PlyStack
     looks: tuple[PlyLook, ...]
+    partners: Partners
     law: ContactLaw
     name: str = "ply contact"
     searches: str = "ply search"
@@ -161,15 +165,62 @@ class PlyContact:
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
-        """Energy in contact springs and friction springs; slip and penetration of each pair."""
-        stored = float(memory.stored.numpy().sum())
-        return Measured({"contact": stored}, entries={"interfaces": self._interfaces(memory)})
+        """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""
+        x = bodies.plies.x.numpy()
+        normals, areas = vertex_shapes(x, self.surfaces.facets.corners.numpy())
+        slip = self.partners.slip(x, normals)
+        met = self._forces_of_pairs(memory, len(x))
+        pressing = np.zeros((2, len(x)))
+        for (searching, other), (own, corners) in met.items():
+            upward = other > searching
+            pressing[UPPER if upward else LOWER] += own
+            pressing[LOWER if upward else UPPER] += corners
+        return Measured(
+            {"contact": float(memory.stored.numpy().sum())},
+            fields=tuple({"slip": slip[span.vertices]} for span in self.spans),
+            pressing={"contact_pressure": pressing},
+            entries={"interfaces": self._interfaces(memory, met, areas)},
+        )
 
-    def _interfaces(self, memory: PlyMemory) -> list[dict[str, Any]]:
+    def _forces_of_pairs(
+        self, memory: PlyMemory, vertices: int
+    ) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
+        """Normal forces of a ply's vertices on another, by pair [N].
+
+        Each on the vertices themselves, and on corners of the other's triangles; shape [vertex].
+        """
+        contacts, seen = memory.contacts.numpy(), memory.seen.numpy()["ply"] - 1
+        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
+        forces = normal_forces(self.law, contacts["mass"], *kept)
+        met = {}
+        for look in self.looks:
+            span = self.spans[look.searching]
+            slots = slice(look.first_slot, look.first_slot + span.vertex_count)
+            for other in np.unique(seen[slots][forces[slots] > 0.0]):
+                of_pair = np.where(seen[slots] == other, forces[slots], 0.0)
+                own = np.zeros(vertices)
+                own[span.vertices] = of_pair
+                corners = on_corners(contacts[slots], of_pair, vertices)
+                met[look.searching, int(other)] = own, corners
+        return met
+
+    def _interfaces(
+        self,
+        memory: PlyMemory,
+        met: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]],
+        areas: np.ndarray,
+    ) -> list[dict[str, Any]]:
         """An entry for vertices of each ply on each ply that is next to it, or that they met.
 
-        What a vertex has slid counts for the ply that it saw last.
+        What a vertex has slid counts for the ply that it saw last. Pressures are of both plies'
+        vertices on the other's triangles, so that the two entries of an interface tell the same.
+
+        Args:
+            memory: what contacts remember.
+            met: forces by pair, from `_forces_of_pairs`.
+            areas: of the vertices [m²], shape [vertex].
         """
+        nothing = np.zeros(len(areas)), np.zeros(len(areas))
         names, count = [ply.name for ply in self.scene.plies], len(self.scene.plies)
         slip, seen = memory.slip.numpy(), memory.seen.numpy()["ply"] - 1
         deepest = memory.deepest.numpy().reshape(count, count)
@@ -191,11 +242,41 @@ class PlyContact:
                         "on": names[other],
                         "max_slip_m": float(way.max()),
                         "mean_slip_m": float(way.mean()),
+                        **_pressures(
+                            met.get(pair, nothing),
+                            met.get(pair[::-1], nothing),
+                            areas,
+                            self.spans[look.searching],
+                        ),
                         "max_penetration_m": float(deepest[pair]),
                         "max_gap_jump_m": float(jump[pair]),
                     }
                 )
         return entries
+
+
+def _pressures(
+    one: tuple[np.ndarray, np.ndarray],
+    other: tuple[np.ndarray, np.ndarray],
+    areas: np.ndarray,
+    span: Span,
+) -> dict[str, float]:
+    """Normal force of an interface, mean and largest pressure where vertices of a ply feel it.
+
+    Args:
+        one: forces of its vertices and on the other's corners [N], shape [vertex].
+        other: those of the other ply's vertices.
+        areas: of the vertices [m²], shape [vertex].
+        span: where the ply is.
+    """
+    forces = (one[0] + other[1])[span.vertices]
+    pressed = forces > 0.0
+    over = float(areas[span.vertices][pressed].sum())
+    return {
+        "normal_force_n": float(one[0].sum() + other[0].sum()),
+        "mean_pressure_pa": float(forces.sum()) / over if over > 0.0 else 0.0,
+        "max_pressure_pa": float((forces / areas[span.vertices]).max()),
+    }
 
 
 def thickest(scene: Setup) -> float:
@@ -232,6 +313,7 @@ def build(
         surfaces,
         _stack(scene, surfaces, spans),
         _looks(spans),
+        find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step),
     )
 

@@ -12,6 +12,13 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.contact.folds import cut_into_patches
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
+from warpdrape.contact.pressure import (
+    LOWER,
+    UPPER,
+    normal_forces,
+    on_corners,
+    vertex_shapes,
+)
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import folds, on_ply
 from warpdrape.kernels.contact import self_contact as kernels
@@ -174,6 +181,7 @@ class SelfContact:
     def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:
         """Energy in contact springs and friction springs; slip and penetration of each ply."""
         stored, slip = memory.stored.numpy(), memory.slip.numpy()
+        pressing = self._pressing(bodies, memory)
         deepest, jump = memory.deepest.numpy(), memory.jump.numpy()
         entries = []
         for ply in self.plies:
@@ -188,7 +196,32 @@ class SelfContact:
                     "max_gap_jump_m": float(jump[ply.number]),
                 }
             )
-        return Measured({"contact": float(stored.sum())}, entries={"self_contact": entries})
+        return Measured(
+            {"contact": float(stored.sum())},
+            pressing={"contact_pressure": pressing},
+            entries={"self_contact": entries},
+        )
+
+    def _pressing(self, bodies: Bodies, memory: SelfContactMemory) -> np.ndarray:
+        """Normal forces on lower and upper faces [N], shape [2, vertex]."""
+        x, contacts = bodies.plies.x.numpy(), memory.contacts.numpy()
+        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
+        forces = normal_forces(self.law, contacts["mass"], *kept)
+        pressing = np.zeros((2, len(x)))
+        if not forces.any():
+            return pressing
+        normals, _ = vertex_shapes(x, self.surfaces.facets.corners.numpy())
+        for ply in self.plies:
+            vertices = slice(ply.first_vertex, ply.first_vertex + ply.vertices)
+            for side, face in ((0, UPPER), (1, LOWER)):
+                first = ply.first_slot + side * ply.vertices
+                slots = slice(first, first + ply.vertices)
+                own, seen = forces[slots], contacts[slots]
+                pressing[face] += on_corners(seen, own, len(x))
+                above = (normals[vertices] * seen["normal"]).sum(axis=1) < 0.0
+                pressing[UPPER, vertices] += np.where(above, own, 0.0)
+                pressing[LOWER, vertices] += np.where(above, 0.0, own)
+        return pressing
 
 
 def build(

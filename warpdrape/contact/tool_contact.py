@@ -11,6 +11,7 @@ import warp as wp
 
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
+from warpdrape.contact.pressure import normal_forces
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact.contact import ContactLaw
@@ -115,10 +116,14 @@ class ToolContact:
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
     def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:
-        """Energy in contact springs and friction springs; penetration of each tool."""
-        deepest = memory.deepest.numpy()
+        """Energy in contact springs and friction springs; forces and penetration of each tool."""
+        deepest, holds = memory.deepest.numpy(), memory.holds.numpy()
+        tools, mass = len(self.meshes), self.mass.numpy()
+        kept = (holds["stored"], holds["spring"], holds["dashpot"])
+        forces = normal_forces(self.law, np.tile(mass, tools), *kept)
         return Measured(
-            {"contact": float(memory.holds.numpy()["stored"].sum())},
+            {"contact": float(holds["stored"].sum())},
+            pressing={"tool_pressure": forces.reshape(tools, -1)},
             entries={"tools": [{"max_penetration_m": float(depth)} for depth in deepest]},
         )
 

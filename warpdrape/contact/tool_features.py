@@ -11,6 +11,7 @@ import warp as wp
 from warpdrape.contact.features import points_of
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
+from warpdrape.contact.pressure import normal_forces, on_corners
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import tool_features as kernels
@@ -146,9 +147,18 @@ class FeatureContact:
         """Energy in springs, what was lost; penetration of each tool, and the plies it touched."""
         friction, damping = memory.lost.numpy().sum(axis=0)
         touched = memory.lost.numpy().any(axis=1).reshape(len(self.plies), -1).any(axis=1)
+        contacts, vertices = memory.contacts.numpy(), bodies.plies.x.shape[0]
+        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
+        forces = normal_forces(self.law, contacts["mass"], *kept)
+        tool = np.tile(self.features.tools.numpy(), len(self.plies))
+        pressing = [
+            on_corners(contacts, np.where(tool == number, forces, 0.0), vertices)
+            for number in range(len(self.scene.tools))
+        ]
         return Measured(
             {"contact": float(memory.stored.numpy().sum())},
             {"friction": float(friction), "contact damping": float(damping)},
+            pressing={"tool_pressure": np.array(pressing)},
             entries={
                 "tools": [{"max_penetration_m": float(d)} for d in memory.deepest.numpy()],
             },

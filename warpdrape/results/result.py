@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import one_of
 from warpdrape.interaction import Measured
 from warpdrape.results.usd import PlyFrame
+from warpdrape.setup import Setup
 from warpdrape.state import State
 
 
@@ -32,6 +35,11 @@ class FormedPly:
         line_tension: of warp and weft [N per metre of initial width], shape [m, 2].
         curvature: of warp and weft yarns out of the ply's plane at vertices [1/m], positive where
             hollow towards the flat ply's upper side, shape [n, 2]; None without bending.
+        slip: how far vertices have slid along the ply from where they lay on the ply above, those
+            of the topmost ply on the one below [m], shape [n, 3]; None for a single ply.
+        contact_pressure: of plies on the face where they press more [Pa], shape [n]; None where
+            none can touch.
+        tool_pressure: of the tool that presses most [Pa], shape [n]; None without tools.
     """
 
     name: str
@@ -44,6 +52,9 @@ class FormedPly:
     strain: np.ndarray
     line_tension: np.ndarray
     curvature: np.ndarray | None = None
+    slip: np.ndarray | None = None
+    contact_pressure: np.ndarray | None = None
+    tool_pressure: np.ndarray | None = None
 
     @property
     def shear_angle_deg(self) -> np.ndarray:
@@ -66,7 +77,10 @@ class FormedPly:
             self.strain[:, 1],
             self.line_tension[:, 0],
             self.line_tension[:, 1],
-            *(() if self.curvature is None else self.curvature.T),
+            *((None, None) if self.curvature is None else self.curvature.T),
+            self.slip,
+            self.contact_pressure,
+            self.tool_pressure,
         )
 
 
@@ -101,9 +115,10 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
     Args:
         model: the model.
         state: its state.
-        measured: what forces show, from `energy.measure`.
+        measured: what forces and contacts show, from `energy.measure`.
     """
     x = state.plies.x.numpy()
+    pressures = _pressures(model, x, measured)
     formed = []
     for number, (ply, span) in enumerate(zip(model.scene.plies, model.spans, strict=True)):
         points = x[span.vertices].copy()
@@ -116,10 +131,38 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
             if each.fields
             for name, array in each.fields[number].items()
         }
+        fields |= {name: pressure[span.vertices].copy() for name, pressure in pressures.items()}
         formed.append(
             FormedPly(ply.name, ply.rest_points, points, triangles, warp, weft, shear, **fields)
         )
     return tuple(formed)
+
+
+def _pressures(model: Model, x: np.ndarray, measured: Sequence[Measured]) -> dict[str, np.ndarray]:
+    """Largest pressure on any face, or of any tool, at each vertex [Pa], by name."""
+    forces: dict[str, np.ndarray] = {}
+    for each in measured:
+        for name, pressing in each.pressing.items():
+            forces[name] = forces[name] + pressing if name in forces else pressing
+    if not forces:
+        return {}
+    corners = [
+        np.asarray(ply.mesh.triangles) + span.first_vertex
+        for ply, span in zip(model.scene.plies, model.spans, strict=True)
+    ]
+    _, areas = vertex_shapes(x, np.concatenate(corners))
+    return {name: pressing.max(axis=0) / areas for name, pressing in forces.items()}
+
+
+def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
+    """Names of the quantities of `PlyFrame` at vertices that a ply's frames have in a scene."""
+    names = ("warp_curvature", "weft_curvature") if ply.fabric.bends else ()
+    several = len(scene.plies) > 1
+    if several:
+        names += ("slip",)
+    if several or any(map(scene.touches_itself, scene.plies)):
+        names += ("contact_pressure",)
+    return names + (("tool_pressure",) if scene.tools else ())
 
 
 def yarn_state(

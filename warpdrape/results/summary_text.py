@@ -105,13 +105,15 @@ def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
-    rows = [("slip between plies", "mean", "largest")]
+    rows = [("between plies", "slip: mean", "largest", "pressure: mean", "largest")]
     for pair in interfaces:
         rows.append(
             (
                 f"{pair['vertices_of']} on {pair['on']}",
                 f"{1e3 * pair['mean_slip_m']:.2f} mm",
                 f"{1e3 * pair['max_slip_m']:.2f} mm",
+                f"{1e-3 * pair['mean_pressure_pa']:.3g} kPa",
+                f"{1e-3 * pair['max_pressure_pa']:.3g} kPa",
             )
         )
     return _table(rows)

@@ -25,6 +25,7 @@ from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.run_folder import give_final_name, partial_path
 from warpdrape.results.usd_stage import (
     TIME_PATH,
+    VERTEX_PRIMVARS,
     MeshPrim,
     define_materials,
     define_ply,
@@ -51,13 +52,13 @@ class PlyShape:
         name: the ply's name; made a valid USD identifier in the file.
         rest_points: the flat blank [m], shape (n, 3).
         triangles: vertex numbers, shape (m, 3).
-        bends: whether its frames have curvatures.
+        at_vertices: quantities of its frames that are given at vertices, by their names there.
     """
 
     name: str
     rest_points: ArrayLike
     triangles: ArrayLike
-    bends: bool = False
+    at_vertices: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,10 @@ class PlyFrame:
         warp_curvature: of the warp yarns out of the ply's plane at vertices [1/m], shape (n,);
             None where the ply has no bending, as the next.
         weft_curvature: of the weft yarns.
+        slip: along the ply from where a vertex lay on the next one [m], shape (n, 3); None where
+            there is none, as the next two.
+        contact_pressure: of plies [Pa], shape (n,).
+        tool_pressure: of tools [Pa], shape (n,).
     """
 
     points: ArrayLike
@@ -103,6 +108,9 @@ class PlyFrame:
     weft_tension: ArrayLike
     warp_curvature: ArrayLike | None = None
     weft_curvature: ArrayLike | None = None
+    slip: ArrayLike | None = None
+    contact_pressure: ArrayLike | None = None
+    tool_pressure: ArrayLike | None = None
 
 
 class UsdWriter:
@@ -144,7 +152,7 @@ class UsdWriter:
         set_up_stage(stage, frames_per_second)
         cloth, metal = define_materials(stage)
         self._plies = [
-            define_ply(stage, mesh, cloth, bends=ply.bends)
+            define_ply(stage, mesh, cloth, ply.at_vertices)
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
         self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
@@ -318,7 +326,7 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32
             for f in fields(PlyFrame)
             if getattr(frame, f.name) is not None
         }
-    shapes |= {"warp_curvature": (n,), "weft_curvature": (n,)}
+    shapes |= dict.fromkeys(VERTEX_PRIMVARS, (n,)) | {"slip": (n, 3)}
     for name, value in values.items():
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
     values["color"] = shear_color(values["shear_angle_deg"])

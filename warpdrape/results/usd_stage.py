@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,25 @@ _PRIMVARS = {  # field of PlyFrame: (name, type, what the file says about it)
     "weft_strain": ("weftStrain", _FLOATS, "weft yarn strain"),
     "warp_tension": ("warpTension", _FLOATS, "warp tension [N per metre of width]"),
     "weft_tension": ("weftTension", _FLOATS, "weft tension [N per metre of width]"),
+}
+VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
+    "warp_curvature": (
+        "warpCurvature",
+        _FLOATS,
+        "curvature of the warp yarns out of the ply's plane [1/m]",
+    ),
+    "weft_curvature": (
+        "weftCurvature",
+        _FLOATS,
+        "curvature of the weft yarns out of the ply's plane [1/m]",
+    ),
+    "slip": (
+        "slip",
+        _VECTORS,
+        "way along the ply from where it lay on the ply above, the topmost on that below [m]",
+    ),
+    "contact_pressure": ("contactPressure", _FLOATS, "pressure of plies on either face [Pa]"),
+    "tool_pressure": ("toolPressure", _FLOATS, "pressure of tools [Pa]"),
 }
 
 
@@ -169,9 +189,9 @@ def _define_mesh(
 
 
 def define_ply(
-    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material, *, bends: bool = False
+    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material, at_vertices: Sequence[str] = ()
 ) -> dict[str, Sdf.Path]:
-    """Return where the values of each frame go, by their names; with curvatures where it bends."""
+    """Return where the values of each frame go, by their names."""
     usd_mesh = _define_mesh(stage, "plies", mesh, material)
     primvars = UsdGeom.PrimvarsAPI(usd_mesh)
     rest = primvars.CreatePrimvar(
@@ -184,11 +204,11 @@ def define_ply(
         attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.uniform).GetAttr()
         attribute.SetDocumentation(text)
         attributes[key] = attribute
-    for family in ("warp", "weft") if bends else ():
-        name, kind = f"{family}Curvature", Sdf.ValueTypeNames.FloatArray
+    for key in at_vertices:
+        name, kind, text = VERTEX_PRIMVARS[key]
         attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.vertex).GetAttr()
-        attribute.SetDocumentation(f"curvature of the {family} yarns out of the ply's plane [1/m]")
-        attributes[f"{family}_curvature"] = attribute
+        attribute.SetDocumentation(text)
+        attributes[key] = attribute
     color = usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).GetAttr()
     color.SetDocumentation("shear angle |γ| on the viridis scale (linear light)")
     color.SetCustomData({"scale": "viridis", "minimumDeg": 0.0, "maximumDeg": COLOR_RANGE_DEG})
