@@ -316,7 +316,7 @@ def test_pushing_out_takes_no_more_than_is_paid(device):
     for _ in range(2):
         memory.spent.fill_(budget)
         stepping.search_contacts(model, state)
-        assert (memory.spent.numpy() == 0.0).all()
+        np.testing.assert_allclose(memory.spent.numpy()[slots], 0.0, atol=1e-6 * budget)
         memory.stored.zero_()
     found = memory.contacts.numpy()[slots]
     held = 0.5 * contact.law.stiffness * found["mass"] * (1e-4 - found["allowance"]) ** 2

@@ -247,8 +247,8 @@ class Recorder:
         now, steps = loading.simulated, self.steps - self._steps_before
         plies = read_plies(model, state, measured)
         self._refuse_nonsense(plies, now)
-        self._refuse_passage(state, now)
         self._note_squeeze(state, now)
+        self._refuse_passage(state, now)
         self._refuse_growth(state, energies, now)
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, before)
@@ -316,6 +316,8 @@ class Recorder:
         found = self._passages.deepest(state)
         if found is None:
             return
+        if self._squeeze is not None and found.tool in self._squeeze.tools:
+            raise RunFailed(self._squeezed_words)  # that is why it passed
         scene = self._model.scene
         ply, tool = scene.plies[found.ply], scene.tools[found.tool]
         x, y = 1e3 * ply.rest_points[ply.mesh.triangles[found.triangle]].mean(axis=0)[:2]
