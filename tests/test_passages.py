@@ -34,8 +34,9 @@ def test_a_narrow_surface_that_would_pass_unfelt_is_refused_and_the_advice_cures
     narrow = strip(6e-3, angle)
     with pytest.raises(InputError, match=r"'pin' is an open surface 6 mm wide .* ply 'sheet', "):
         pressed(narrow, 0.01).run(frames=4, quiet=True)
-    finer = pressed(narrow, 0.01, edge=5.5e-3).run(frames=4, quiet=True)
-    solid = pressed(trimesh.creation.box((6e-3, 0.06, 6e-3)), 0.01).run(frames=4, quiet=True)
+    finer = pressed(narrow, 0.01, edge=5.5e-3, duration=0.005).run(frames=4, quiet=True)
+    box = trimesh.creation.box((6e-3, 0.06, 6e-3))
+    solid = pressed(box, 0.01, duration=0.01).run(frames=4, quiet=True)
     for felt in (finer, solid):
         assert felt.completed
         assert felt.plies[0].points[:, 2].min() < -7e-3  # pushed down

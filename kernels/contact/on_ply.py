@@ -123,8 +123,12 @@ def settled(
     contact.allowance = wp.max(search.keep * jump, jump - search.ease)
     fades = spring_energy(law, contact, x, point, spring)
     allowance = contact.allowance
-    if fades - stays > budget:  # so far as losses pay for it: energy is convex in depth
-        allowance = jump - budget / (fades - stays) * (jump - allowance)
+    if fades - stays > budget:  # so far as losses pay for it
+        contact.allowance = jump
+        gap = contact_gap(contact, x, point)
+        deep = wp.min(gap, zero)
+        paid = wp.float64(2.0) * budget / (law.stiffness * contact.mass)
+        allowance = jump - (gap + wp.sqrt(deep * deep + paid))
     taken = zero
     if had + budget > zero:
         contact.allowance = allowance
