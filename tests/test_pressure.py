@@ -7,10 +7,9 @@ from pxr import Usd, UsdGeom
 
 from warpdrape import Float, Numerics, Ply, Scene, Tool, lay_up
 from warpdrape.contact.ply_contact import PlyContact
-from warpdrape.contact.pressure import normal_forces, vertex_shapes
+from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import build_model, initial_state
-from warpdrape.kernels.contact.contact import ContactLaw
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.result import read_plies
 
@@ -131,21 +130,6 @@ def test_a_vertex_that_lay_alone_has_no_slip():
     slip = contact.partners.slip(x, np.broadcast_to((0.0, 0.0, 1.0), x.shape))
     covered = np.abs(model.rest.numpy()[low, :2]).max(axis=1) < 0.2501 * SIDE
     np.testing.assert_allclose(slip[low][:, 0], np.where(covered, 1e-3, 0.0), atol=1e-12)
-
-
-def test_forces_are_those_of_penalty_and_dashpot():
-    law = ContactLaw()
-    law.stiffness = 4.0
-    mass, depth, spring, dashpot = 0.5, 3e-3, (1e-3, 2e-3, 0.0), -1e-3
-    stored = 0.5 * law.stiffness * mass * (depth**2 + 5e-6)
-    forces = normal_forces(
-        law,
-        np.full(3, mass),
-        np.array([stored, 0.0, stored]),
-        np.array([spring, spring, spring]),
-        np.array([dashpot, 1.0, -1.0]),
-    )
-    np.testing.assert_allclose(forces, [2.0 * depth + dashpot, 0.0, 0.0], atol=1e-15)
 
 
 def test_a_single_ply_without_tools_has_none():

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.materials.bending import Bending, BendingCurve
+    from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
     from warpdrape.results.result import Result
@@ -26,6 +27,7 @@ __all__ = [
     "Bending",
     "BendingCurve",
     "Clamp",
+    "Compaction",
     "Fabric",
     "Float",
     "InputError",
@@ -46,6 +48,7 @@ __all__ = [
 _HOME = {
     "Bending": "materials.bending",
     "BendingCurve": "materials.bending",
+    "Compaction": "materials.compaction",
     "Clamp": "setup",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",

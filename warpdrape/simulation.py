@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import time
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from typing import Any
 
 import numpy as np
 
+from warpdrape.blanks.ply import Ply
 from warpdrape.contact.passages import Passages
 from warpdrape.contact.squeeze import worst_squeeze
 from warpdrape.dynamics.crew import choose_threads
@@ -152,14 +154,18 @@ def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
     )
 
 
+def ply_of(model: Model, vertex: int) -> Ply:
+    """The ply of a vertex."""
+    firsts = [span.first_vertex for span in model.spans]
+    return model.scene.plies[bisect_right(firsts, vertex) - 1]
+
+
 def place(model: Model, vertex: int) -> str:
     """Name the ply, and a triangle in it, of a vertex."""
-    for ply, span in zip(model.scene.plies, model.spans, strict=True):
-        local = vertex - span.first_vertex
-        if 0 <= local < span.vertex_count:
-            triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
-            return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
-    raise IndexError(f"no ply has vertex {vertex}")
+    ply = ply_of(model, vertex)
+    local = vertex - model.spans[model.scene.plies.index(ply)].first_vertex
+    triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
+    return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
 
 
 def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
@@ -301,14 +307,25 @@ class Recorder:
         least = SQUEEZED if self._squeeze is None else self._squeeze.share
         if found is None or not least < found.share:
             return
+        law = ply_of(model, found.vertex).fabric.compaction
+        if law is not None and found.depth < law.thickness - law.thinnest:
+            return
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self._squeeze = found
+        depth, least = found.depth, f"its thickness of {1e3 * found.thickness:.3g} mm"
+        why = (
+            "that of the contact's numerical stiffness; leave the ply its thickness between them, "
+            "or give its fabric a compaction law"
+        )
+        if law is not None:
+            depth -= law.thickness - law.thinnest
+            least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
+            why = "extrapolated; measure to higher pressures, or leave the ply more room"
         self._squeezed_words = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
-            f"{1e3 * found.depth:.3g} mm below its thickness of {1e3 * found.thickness:.3g} mm at "
-            f"{1e3 * now:.4g} ms, ({x:.4g}, {y:.4g}) mm: their force there is that of the "
-            "contact's numerical stiffness; leave the ply its thickness between them"
+            f"{1e3 * depth:.3g} mm below {least} at {1e3 * now:.4g} ms, ({x:.4g}, {y:.4g}) mm: "
+            f"their force there is {why}"
         )
 
     def _refuse_passage(self, state: State, now: float) -> None:

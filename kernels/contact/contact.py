@@ -1,5 +1,8 @@
 """The contact law: penalty with damping along the normal, Coulomb friction that sticks.
 
+Where a ply can be compacted its law of pressure against thickness takes the penalty's place; the
+dashpot follows its slope, so that slow presses feel no viscosity of ours.
+
 Penalty stiffness follows the masses that meet, k = share · m / Δt², so that no vertex is driven
 beyond its own stable step. A stuck point hangs on a tangential spring of the same stiffness; where
 the spring would exceed μ times the normal force it slips. Forces act over the step centred on them,
@@ -22,13 +25,70 @@ class ContactLaw:
 
 
 @wp.struct
+class CompactionLaws:
+    """Pressure and energy per area against depth, of plies that can be compacted, sampled evenly.
+
+    A law is that of one face of a ply, which gives way by half of what the ply does, or of the two
+    faces of plies on each other. Nowhere is it steeper than the penalty that the step allows for.
+    """
+
+    pressures: wp.array(dtype=wp.float64)  # Pa, shape [law · samples]
+    energies: wp.array(dtype=wp.float64)  # J/m², likewise
+    samples: wp.int32  # of each law
+    spacing: wp.array(dtype=wp.float64)  # of its depths [m], shape [law]
+    steepest: wp.array(dtype=wp.float64)  # slope beyond its last sample, the largest [Pa/m], [law]
+
+
+@wp.struct
+class Pad:
+    """What gives way in a contact."""
+
+    law: wp.int32  # number of its compaction law plus one; 0 for the penalty alone
+    area: wp.float64  # m²
+
+
+@wp.func
+def compacted(laws: CompactionLaws, number: int, depth: wp.float64) -> wp.vec3d:
+    """Pressure [Pa], energy per area [J/m²] and slope [Pa/m] of a law at a depth [m]."""
+    last = laws.samples - 1
+    first = number * laws.samples
+    spacing = laws.spacing[number]
+    k = int(wp.min(depth / spacing, wp.float64(last)))
+    beyond = depth - wp.float64(k) * spacing
+    slope = laws.steepest[number]
+    if k < last:
+        slope = (laws.pressures[first + k + 1] - laws.pressures[first + k]) / spacing
+    pressure = laws.pressures[first + k]
+    energy = laws.energies[first + k]
+    energy += (pressure + wp.float64(0.5) * slope * beyond) * beyond
+    return wp.vec3d(pressure + slope * beyond, energy, slope)
+
+
+@wp.func
+def padded_area(law: ContactLaw, mass: wp.float64, laws: CompactionLaws, pad: Pad) -> wp.float64:
+    """Area [m²] that a pad's law acts on: no more than keeps it as soft as the penalty."""
+    return wp.min(pad.area, law.stiffness * mass / laws.steepest[pad.law - 1])
+
+
+@wp.func
+def normal_energy(
+    law: ContactLaw, mass: wp.float64, laws: CompactionLaws, pad: Pad, depth: wp.float64
+) -> wp.float64:
+    """Energy [J] of a contact that is pressed in by a depth [m]."""
+    if pad.law == 0:
+        return wp.float64(0.5) * law.stiffness * mass * depth * depth
+    return padded_area(law, mass, laws, pad) * compacted(laws, pad.law - 1, depth)[1]
+
+
+@wp.struct
 class Traction:
     """Force of a contact on the vertex, and what it stored and lost in this step."""
 
     force: wp.vec3d  # N
     spring: wp.vec3d  # tangential elastic displacement [m]
     dashpot: wp.float64  # N along the normal, part of the force
-    stored: wp.float64  # J, penalty and stick springs
+    pressing: wp.float64  # normal force [N]
+    stored: wp.float64  # J, normal and stick springs
     friction: wp.float64  # J lost in slip in this step
     damping: wp.float64  # J lost in the dashpot in this step
     slip: wp.float64  # m slid in this step
@@ -37,7 +97,9 @@ class Traction:
 @wp.func
 def contact_traction(
     law: ContactLaw,
+    laws: CompactionLaws,
     mass: wp.float64,
+    pad: Pad,
     friction: wp.float64,
     gap: wp.float64,
     normal: wp.vec3d,
@@ -49,7 +111,9 @@ def contact_traction(
 
     Args:
         law: shared parameters.
+        laws: of compaction.
         mass: effective mass of the contact [kg].
+        pad: what gives way.
         friction: Coulomb coefficient μ [-].
         gap: distance less the offset [m]; negative in contact.
         normal: unit normal, towards the vertex.
@@ -65,14 +129,23 @@ def contact_traction(
     trial = spring + law.time_step * velocity
     trial = trial - wp.dot(normal, trial) * normal
     if gap < zero:
-        depth = wp.max(-gap - law.lag * approach, zero)  # at which the spring alone presses so
-        t.dashpot = stiffness * (depth + gap)
+        pressed = -gap  # depth at which the penalty would bear what the contact does
+        lag = law.lag
+        t.stored = normal_energy(law, mass, laws, pad, -gap)
+        if pad.law > 0:
+            area = padded_area(law, mass, laws, pad)
+            soft = compacted(laws, pad.law - 1, -gap)
+            pressed = area * soft[0] / stiffness
+            lag *= wp.sqrt(wp.min(area * soft[2] / stiffness, wp.float64(1.0)))
+        depth = wp.max(pressed - lag * approach, zero)  # … with the dashpot
+        t.dashpot = stiffness * (depth - pressed)
         limit = friction * depth
         length = wp.length(trial)
         t.spring = (limit / wp.max(wp.max(length, limit), TINY)) * trial
         t.slip = wp.max(length - limit, zero)
+        t.pressing = stiffness * depth
         t.force = stiffness * (depth * normal - t.spring)
-        t.stored = half * stiffness * (gap * gap + wp.length_sq(t.spring))
+        t.stored += half * stiffness * wp.length_sq(t.spring)
     # Work of the mean of a step's two end forces over its way, less what the spring took up.
     t.damping = -half * law.time_step * (dashpot + t.dashpot) * approach
     t.friction = half * stiffness * wp.dot(spring + t.spring, trial - t.spring)

@@ -5,7 +5,7 @@ The plane is found by a search and moves with the triangle until the next one.
 
 import warp as wp
 
-from .contact import ContactLaw, contact_traction
+from .contact import CompactionLaws, ContactLaw, Pad, contact_traction, normal_energy
 
 MOST_WAITS = wp.constant(wp.float64(100.0))
 """Searches that may leave a point out, at most."""
@@ -26,6 +26,7 @@ class PlyContact:
     mass: wp.float64  # with which the point meets the triangle [kg]
     thickness: wp.float64  # from the mid-surface in contact [m]
     friction: wp.float64  # μ [-]
+    pad: Pad  # what gives way
 
 
 @wp.struct
@@ -66,15 +67,36 @@ def contact_gap(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3
 @wp.func
 def spring_energy(
     law: ContactLaw,
+    laws: CompactionLaws,
     contact: PlyContact,
     x: wp.array(dtype=wp.vec3d),
     point: wp.vec3d,
     spring: wp.vec3d,
 ) -> wp.float64:
-    """Energy [J] in the penalty and stick springs of a contact."""
-    depth = wp.min(contact_gap(contact, x, point), wp.float64(0.0))
-    stiffness = law.stiffness * contact.mass
-    return wp.float64(0.5) * stiffness * (depth * depth + wp.length_sq(spring))
+    """Energy [J] in the normal and stick springs of a contact."""
+    depth = wp.max(-contact_gap(contact, x, point), wp.float64(0.0))
+    stick = wp.float64(0.5) * law.stiffness * contact.mass * wp.length_sq(spring)
+    return stick + normal_energy(law, contact.mass, laws, contact.pad, depth)
+
+
+@wp.func
+def before_search(
+    law: ContactLaw,
+    laws: CompactionLaws,
+    contact: PlyContact,
+    x: wp.array(dtype=wp.vec3d),
+    point: wp.vec3d,
+    spring: wp.vec3d,
+    stored: wp.float64,
+):
+    """Gap of a contact, if below zero [m], and energy of its springs [J], before a search."""
+    before = wp.float64(0.0)
+    had = wp.float64(0.0)
+    if contact.near == 1:
+        if stored > had:
+            had = spring_energy(law, laws, contact, x, point, spring)
+        before = wp.min(contact_gap(contact, x, point), before)
+    return before, had
 
 
 @wp.func
@@ -90,6 +112,7 @@ def effective_mass(
 @wp.func
 def settled(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     contact: PlyContact,
     x: wp.array(dtype=wp.vec3d),
@@ -108,6 +131,7 @@ def settled(
 
     Args:
         law: contact law.
+        laws: of compaction.
         search: how to look.
         contact: with its mass and plane as they are now.
         x: positions [m], shape [vertex].
@@ -119,9 +143,9 @@ def settled(
     """
     zero = wp.float64(0.0)
     contact.allowance = jump
-    stays = spring_energy(law, contact, x, point, spring)
+    stays = spring_energy(law, laws, contact, x, point, spring)
     contact.allowance = wp.max(search.keep * jump, jump - search.ease)
-    fades = spring_energy(law, contact, x, point, spring)
+    fades = spring_energy(law, laws, contact, x, point, spring)
     allowance = contact.allowance
     if fades - stays > budget:  # so far as losses pay for it
         contact.allowance = jump
@@ -132,7 +156,7 @@ def settled(
     taken = zero
     if had + budget > zero:
         contact.allowance = allowance
-        has = spring_energy(law, contact, x, point, spring)
+        has = spring_energy(law, laws, contact, x, point, spring)
         taken = wp.max(had - has, -budget)
     return allowance, taken
 
@@ -140,6 +164,7 @@ def settled(
 @wp.func
 def press_on_ply(
     law: ContactLaw,
+    laws: CompactionLaws,
     i: int,
     slot: int,
     x: wp.array(dtype=wp.vec3d),
@@ -150,6 +175,7 @@ def press_on_ply(
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    pressing: wp.array(dtype=wp.float64),
     slip: wp.array(dtype=wp.float64),
     spent: wp.array(dtype=wp.float64),
 ):
@@ -157,6 +183,7 @@ def press_on_ply(
 
     Args:
         law: contact law.
+        laws: of compaction.
         i: the vertex.
         slot: its slot.
         x: positions [m], shape [vertex].
@@ -167,6 +194,7 @@ def press_on_ply(
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
+        pressing: normal force [N], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
         spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
@@ -174,6 +202,7 @@ def press_on_ply(
         if stored[slot] > wp.float64(0.0):  # slid over a ply's edge
             lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
             stored[slot] = wp.float64(0.0)
+            pressing[slot] = wp.float64(0.0)
             springs[slot] = wp.vec3d()
             dashpots[slot] = wp.float64(0.0)
         return
@@ -188,7 +217,9 @@ def press_on_ply(
     velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
     t = contact_traction(
         law,
+        laws,
         contact.mass,
+        contact.pad,
         contact.friction,
         gap,
         contact.normal,
@@ -199,6 +230,7 @@ def press_on_ply(
     springs[slot] = t.spring
     dashpots[slot] = t.dashpot
     stored[slot] = t.stored
+    pressing[slot] = t.pressing
     slip[slot] += t.slip
     spent[slot] += t.friction + t.damping
     lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))

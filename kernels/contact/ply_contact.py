@@ -7,7 +7,7 @@ its contact is with a triangle of one of them. The stacking order never changes.
 
 import warp as wp
 
-from .contact import ContactLaw
+from .contact import CompactionLaws, ContactLaw
 from .facets import (
     NearestFacet,
     PlyFacets,
@@ -20,11 +20,10 @@ from .on_ply import (
     PlyContact,
     PlyMemory,
     PlySearch,
-    contact_gap,
+    before_search,
     effective_mass,
     press_on_ply,
     settled,
-    spring_energy,
     waits,
 )
 from .surface import facet_slope, weighted
@@ -38,6 +37,8 @@ class PlyStack:
     first_triangle: wp.array(dtype=wp.int32)  # shape [ply]
     half: wp.array(dtype=wp.float64)  # of the thickness [m], shape [ply]
     friction: wp.array(dtype=wp.float64)  # μ between each two, shape [ply · ply]
+    pads: wp.array(dtype=wp.int32)  # their compaction laws plus one, 0 for none, likewise
+    areas: wp.array(dtype=wp.float64)  # that their vertices' contacts stand for [m²], [vertex]
 
 
 @wp.struct
@@ -113,6 +114,7 @@ def plane_of(
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     facets: PlyFacets,
     stack: PlyStack,
@@ -146,6 +148,7 @@ def find_ply_contacts(
 
     Args:
         law: contact law.
+        laws: of compaction.
         search: how to look.
         facets: of all plies.
         stack: the plies.
@@ -174,12 +177,7 @@ def find_ply_contacts(
         memory[slot].wait -= 1
         return
     memory[slot].wait = 0
-    before = wp.float64(0.0)
-    had = wp.float64(0.0)
-    if contacts[slot].near == 1:
-        if stored[slot] > wp.float64(0.0):
-            had = spring_energy(law, contacts[slot], x, x[i], springs[slot])
-        before = wp.min(contact_gap(contacts[slot], x, x[i]), before)
+    before, had = before_search(law, laws, contacts[slot], x, x[i], springs[slot], stored[slot])
     contacts[slot].near = 0
     budget = wp.max(spent[slot], wp.float64(0.0))
     spent[slot] = wp.float64(0.0)
@@ -235,9 +233,11 @@ def find_ply_contacts(
     contacts[slot].thickness = stack.half[searching] + stack.half[met]
     pair = searching * stack.half.shape[0] + met
     contacts[slot].friction = stack.friction[pair]
+    contacts[slot].pad.law = stack.pads[pair]
+    contacts[slot].pad.area = stack.areas[i]
     jump = wp.max(before - gap, wp.float64(0.0))
     allowance, taken = settled(
-        law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
+        law, laws, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
     spent[slot] = budget + taken
@@ -249,6 +249,7 @@ def find_ply_contacts(
 @wp.kernel(enable_backward=False)
 def add_ply_forces(
     law: ContactLaw,
+    laws: CompactionLaws,
     first_vertex: int,
     first_slot: int,
     x: wp.array(dtype=wp.vec3d),
@@ -259,6 +260,7 @@ def add_ply_forces(
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    pressing: wp.array(dtype=wp.float64),
     slip: wp.array(dtype=wp.float64),
     spent: wp.array(dtype=wp.float64),
 ):
@@ -266,6 +268,7 @@ def add_ply_forces(
 
     Args:
         law: contact law.
+        laws: of compaction.
         first_vertex: of the searching ply.
         first_slot: of its contacts with the plies above or below.
         x: positions [m], shape [vertex].
@@ -276,10 +279,27 @@ def add_ply_forces(
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
+        pressing: normal force [N], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
         spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
-    press_on_ply(law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent)
+    press_on_ply(
+        law,
+        laws,
+        i,
+        slot,
+        x,
+        v,
+        contacts,
+        springs,
+        dashpots,
+        f,
+        lost,
+        stored,
+        pressing,
+        slip,
+        spent,
+    )

@@ -7,7 +7,7 @@ left out.
 
 import warp as wp
 
-from .contact import ContactLaw
+from .contact import CompactionLaws, ContactLaw
 from .facets import (
     MOST_MOVES,
     NearestFacet,
@@ -20,11 +20,10 @@ from .folds import Patches
 from .on_ply import (
     PlyContact,
     PlySearch,
-    contact_gap,
+    before_search,
     effective_mass,
     press_on_ply,
     settled,
-    spring_energy,
 )
 from .surface import to_single, weighted
 
@@ -41,6 +40,7 @@ class SearchedSelf:
     first_slot: wp.int32  # upper sides first, then the lower ones
     thickness: wp.float64  # m
     friction: wp.float64  # μ [-]
+    pad: wp.int32  # compaction law between its faces plus one, 0 for none
 
 
 @wp.struct
@@ -49,6 +49,7 @@ class FlatPly:
 
     places: wp.array(dtype=wp.vec3d)  # m, shape [vertex]
     apart: wp.array(dtype=wp.float64)  # from which distance on points may touch [m], shape [vertex]
+    areas: wp.array(dtype=wp.float64)  # that contacts of vertices stand for [m²], shape [vertex]
 
 
 @wp.func
@@ -130,12 +131,14 @@ def is_same_place(
 @wp.func
 def touch(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     facets: PlyFacets,
     ply: SearchedSelf,
     i: int,
     slot: int,
     side: wp.float64,
+    area: wp.float64,
     nearest: NearestFacet,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
@@ -150,13 +153,8 @@ def touch(
 ):
     """Make a slot's contact that with the nearest triangle on its side, or none."""
     zero = wp.float64(0.0)
-    before = zero
-    had = zero
     held = contacts[slot].near
-    if held == 1:
-        if stored[slot] > zero:
-            had = spring_energy(law, contacts[slot], x, x[i], springs[slot])
-        before = wp.min(contact_gap(contacts[slot], x, x[i]), zero)
+    before, had = before_search(law, laws, contacts[slot], x, x[i], springs[slot], stored[slot])
     contacts[slot].near = 0
     budget = wp.max(spent[slot], zero)
     spent[slot] = zero
@@ -192,9 +190,11 @@ def touch(
     contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
     contacts[slot].thickness = ply.thickness
     contacts[slot].friction = ply.friction
+    contacts[slot].pad.law = ply.pad
+    contacts[slot].pad.area = area
     jump = wp.max(before - gap, zero)
     allowance, taken = settled(
-        law, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
+        law, laws, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
     )
     contacts[slot].allowance = allowance
     spent[slot] = budget + taken
@@ -206,6 +206,7 @@ def touch(
 @wp.kernel(enable_backward=False)
 def find_self_contacts(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     facets: PlyFacets,
     flat: FlatPly,
@@ -232,6 +233,7 @@ def find_self_contacts(
 
     Args:
         law: contact law.
+        laws: of compaction.
         search: how to look.
         facets: of all plies.
         flat: the flat plies.
@@ -288,12 +290,14 @@ def find_self_contacts(
                         lower = there
     touch(
         law,
+        laws,
         search,
         facets,
         ply,
         i,
         above,
         wp.float64(1.0),
+        flat.areas[i],
         upper,
         mass,
         x,
@@ -308,12 +312,14 @@ def find_self_contacts(
     )
     touch(
         law,
+        laws,
         search,
         facets,
         ply,
         i,
         below,
         -wp.float64(1.0),
+        flat.areas[i],
         lower,
         mass,
         x,
@@ -335,6 +341,7 @@ def find_self_contacts(
 @wp.kernel(enable_backward=False)
 def add_self_forces(
     law: ContactLaw,
+    laws: CompactionLaws,
     ply: SearchedSelf,
     first: int,
     x: wp.array(dtype=wp.vec3d),
@@ -346,6 +353,7 @@ def add_self_forces(
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
+    forces: wp.array(dtype=wp.float64),
     slip: wp.array(dtype=wp.float64),
     spent: wp.array(dtype=wp.float64),
 ):
@@ -353,6 +361,7 @@ def add_self_forces(
 
     Args:
         law: contact law.
+        laws: of compaction.
         ply: the ply.
         first: number of the first vertex.
         x: positions [m], shape [vertex].
@@ -364,6 +373,7 @@ def add_self_forces(
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
+        forces: normal forces [N], shape [slot]; overwritten.
         slip: distance slid so far [m], shape [slot]; accumulated.
         spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
@@ -372,4 +382,20 @@ def add_self_forces(
         return
     for side in range(2):
         slot = ply.first_slot + side * ply.vertices + i - ply.first_vertex
-        press_on_ply(law, i, slot, x, v, contacts, springs, dashpots, f, lost, stored, slip, spent)
+        press_on_ply(
+            law,
+            laws,
+            i,
+            slot,
+            x,
+            v,
+            contacts,
+            springs,
+            dashpots,
+            f,
+            lost,
+            stored,
+            forces,
+            slip,
+            spent,
+        )

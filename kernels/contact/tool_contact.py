@@ -9,7 +9,7 @@ have one dimension.
 
 import warp as wp
 
-from .contact import ContactLaw, contact_traction
+from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
 from .surface import (
     CURVED,
     barycentric,
@@ -43,7 +43,8 @@ class ToolHold:
 
     spring: wp.vec3d  # stick spring [m]
     dashpot: wp.float64  # force [N]
-    stored: wp.float64  # energy of penalty and stick spring [J]
+    pressing: wp.float64  # normal force [N]
+    stored: wp.float64  # energy of normal and stick spring [J]
 
 
 @wp.struct
@@ -331,6 +332,8 @@ def find_tool_contacts(
 def add_tool_forces(
     first: int,
     law: ContactLaw,
+    laws: CompactionLaws,
+    pads: wp.array(dtype=Pad),
     friction: wp.array(dtype=wp.float64),
     mass: wp.array(dtype=wp.float64),
     tool_shift: wp.array(dtype=wp.vec3d),
@@ -349,6 +352,8 @@ def add_tool_forces(
     Args:
         first: number of the first vertex.
         law: contact law.
+        laws: of compaction.
+        pads: what gives way of a vertex's ply, shape [vertex].
         friction: μ, shape [tool].
         mass: shape [vertex] [kg].
         tool_shift: translations [m], shape [tool].
@@ -376,7 +381,9 @@ def add_tool_forces(
             if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
                 t = contact_traction(
                     law,
+                    laws,
                     mass[i],
+                    pads[i],
                     friction[tool],
                     gap,
                     plane.normal,
@@ -386,6 +393,7 @@ def add_tool_forces(
                 )
                 holds[slot].spring = t.spring
                 holds[slot].dashpot = t.dashpot
+                holds[slot].pressing = t.pressing
                 holds[slot].stored = t.stored
                 f[i] += t.force
                 lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))

@@ -9,9 +9,9 @@ vertices' masses: however many they are, they take no more of the step than one 
 
 import warp as wp
 
-from .contact import ContactLaw, contact_traction
+from .contact import CompactionLaws, ContactLaw, contact_traction
 from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
-from .on_ply import PlyContact, PlySearch, contact_gap, settled, spring_energy, waits
+from .on_ply import PlyContact, PlySearch, before_search, contact_gap, settled, waits
 from .surface import weighted
 
 
@@ -68,6 +68,7 @@ def forget_presses(
 @wp.kernel(enable_backward=False)
 def find_features(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     features: Features,
     facets: PlyFacets,
@@ -90,6 +91,7 @@ def find_features(
 
     Args:
         law: contact law.
+        laws: of compaction, which points of tools do without.
         search: how to look.
         features: points of the tools.
         facets: of all plies.
@@ -115,12 +117,7 @@ def find_features(
     tool = features.tools[k]
     at = features.points[k] + tool_shift[tool]
     side = memory[slot].side
-    before = zero
-    had = zero
-    if contacts[slot].near == 1:
-        if stored[slot] > zero:
-            had = spring_energy(law, contacts[slot], x, at, springs[slot])
-        before = wp.min(contact_gap(contacts[slot], x, at), zero)
+    before, had = before_search(law, laws, contacts[slot], x, at, springs[slot], stored[slot])
     contacts[slot].near = 0
     memory[slot].wait = 0
     memory[slot].side = zero
@@ -172,6 +169,7 @@ def find_features(
 @wp.kernel(enable_backward=False)
 def settle_features(
     law: ContactLaw,
+    laws: CompactionLaws,
     search: PlySearch,
     features: Features,
     first_slot: int,
@@ -188,6 +186,7 @@ def settle_features(
 
     Args:
         law: contact law.
+        laws: of compaction, which points of tools do without.
         search: how to look.
         features: points of the tools.
         first_slot: of the contacts with the searched ply.
@@ -213,7 +212,9 @@ def settle_features(
     at = features.points[k] + tool_shift[features.tools[k]]
     jump = wp.max(memory[slot].before - memory[slot].gap, wp.float64(0.0))
     had = memory[slot].had
-    allowance, taken = settled(law, search, contacts[slot], x, at, springs[slot], jump, had, budget)
+    allowance, taken = settled(
+        law, laws, search, contacts[slot], x, at, springs[slot], jump, had, budget
+    )
     contacts[slot].allowance = allowance
     spent[slot] = budget + taken
     lost[slot] += wp.vec2d(wp.float64(0.0), taken)
@@ -222,6 +223,7 @@ def settle_features(
 @wp.kernel(enable_backward=False)
 def add_feature_forces(
     law: ContactLaw,
+    laws: CompactionLaws,
     features: Features,
     first_slot: int,
     tool_shift: wp.array(dtype=wp.vec3d),
@@ -232,6 +234,7 @@ def add_feature_forces(
     springs: wp.array(dtype=wp.vec3d),
     dashpots: wp.array(dtype=wp.float64),
     stored: wp.array(dtype=wp.float64),
+    pressing: wp.array(dtype=wp.float64),
     spent: wp.array(dtype=wp.float64),
     lost: wp.array(dtype=wp.vec2d),
     f: wp.array(dtype=wp.vec3d),
@@ -241,6 +244,7 @@ def add_feature_forces(
 
     Args:
         law: contact law.
+        laws: of compaction, which points of tools do without.
         features: points of the tools.
         first_slot: of its contacts.
         tool_shift: the tools' translations [m], shape [tool].
@@ -251,6 +255,7 @@ def add_feature_forces(
         springs: stick springs [m], shape [slot]; updated.
         dashpots: dashpot forces [N], shape [slot]; updated.
         stored: energy of the contact springs [J], shape [slot]; overwritten.
+        pressing: normal force [N], shape [slot]; overwritten.
         spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
         lost: (friction, contact damping) [J], shape [slot]; accumulated.
         f: forces [N], shape [vertex]; accumulated.
@@ -263,6 +268,7 @@ def add_feature_forces(
         if stored[slot] > zero:  # slid over the ply's border
             lost[slot] += wp.vec2d(stored[slot], zero)
             stored[slot] = zero
+            pressing[slot] = zero
             springs[slot] = wp.vec3d()
             dashpots[slot] = zero
         return
@@ -277,7 +283,9 @@ def add_feature_forces(
     w = contact.weights
     t = contact_traction(
         law,
+        laws,
         contact.mass,
+        contact.pad,
         contact.friction,
         gap,
         contact.normal,
@@ -288,6 +296,7 @@ def add_feature_forces(
     springs[slot] = t.spring
     dashpots[slot] = t.dashpot
     stored[slot] = t.stored
+    pressing[slot] = t.pressing
     spent[slot] += t.friction + t.damping
     lost[slot] += wp.vec2d(t.friction, t.damping)
     wp.atomic_sub(f, a, w[0] * t.force)

@@ -9,14 +9,15 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
-from warpdrape.contact.pressure import LOWER, UPPER, normal_forces, on_corners, vertex_shapes
+from warpdrape.contact.pressure import LOWER, UPPER, on_corners, vertex_shapes
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
-from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.ply_contact import PlyStack
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
@@ -48,6 +49,7 @@ class PlyMemory:
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
+        forces: normal forces [N], shape [slot].
         slip: way slid [m], shape [slot].
         spent: what a contact has lost since it came near, less what was taken back [J],
             shape [slot].
@@ -60,6 +62,7 @@ class PlyMemory:
     springs: wp.array
     dashpots: wp.array
     stored: wp.array
+    forces: wp.array
     slip: wp.array
     spent: wp.array
     deepest: wp.array
@@ -82,6 +85,7 @@ class PlyContact:
         looks: whose vertices look which way.
         partners: which places lay on each other.
         law: the contact law.
+        laws: of compaction.
     """
 
     device: str
@@ -94,6 +98,7 @@ class PlyContact:
     looks: tuple[PlyLook, ...]
     partners: Partners
     law: ContactLaw
+    laws: CompactionLaws
     name: str = "ply contact"
     searches: str = "ply search"
 
@@ -111,6 +116,7 @@ class PlyContact:
             springs=zeros(slots, wp.vec3d),
             dashpots=zeros(slots, real),
             stored=zeros(slots, real),
+            forces=zeros(slots, real),
             slip=zeros(slots, real),
             spent=zeros(slots, real),
             deepest=zeros(pairs, real),
@@ -134,6 +140,7 @@ class PlyContact:
     ) -> Launch:
         inputs = [
             self.law,
+            self.laws,
             ply_search(self.scene, self.timing, thickest(self.scene), asking=asking),
             self.surfaces.facets,
             self.stack,
@@ -154,6 +161,7 @@ class PlyContact:
     def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
         inputs = [
             self.law,
+            self.laws,
             run.first,
             self._slot(look, run),
             plies.x,
@@ -161,7 +169,8 @@ class PlyContact:
             memory.contacts,
         ]
         kept = [memory.springs, memory.dashpots]
-        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.slip, memory.spent]
+        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.forces]
+        outputs += [memory.slip, memory.spent]
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
@@ -190,8 +199,7 @@ class PlyContact:
         Each on the vertices themselves, and on corners of the other's triangles; shape [vertex].
         """
         contacts, seen = memory.contacts.numpy(), memory.seen.numpy()["ply"] - 1
-        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
-        forces = normal_forces(self.law, contacts["mass"], *kept)
+        forces = memory.forces.numpy()
         met = {}
         for look in self.looks:
             span = self.spans[look.searching]
@@ -290,6 +298,7 @@ def build(
     timing: Timing,
     mass: wp.array,
     surfaces: PlySurfaces | None,
+    pads: Pads,
     device: str,
 ) -> PlyContact | None:
     """Put what searches need of the plies on a device; None for a single ply.
@@ -300,6 +309,7 @@ def build(
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
         surfaces: the plies' surfaces.
+        pads: what gives way in contacts.
         device: Warp device.
     """
     if len(scene.plies) == 1:
@@ -311,14 +321,15 @@ def build(
         spans,
         mass,
         surfaces,
-        _stack(scene, surfaces, spans),
+        _stack(scene, surfaces, spans, pads),
         _looks(spans),
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step),
+        pads.laws,
     )
 
 
-def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...]) -> PlyStack:
+def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...], pads: Pads) -> PlyStack:
     stack, device = PlyStack(), surfaces.device
     meshes = [mesh.id for mesh in surfaces.meshes]
     stack.meshes = wp.array(meshes, dtype=wp.uint64, device=device)
@@ -331,6 +342,9 @@ def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...]) -> PlyS
         for one, other in product(scene.plies, repeat=2)
     ]
     stack.friction = wp.array(friction, dtype=wp.float64, device=device)
+    stack.pads = wp.array(pads.of_plies.ravel(), dtype=wp.int32, device=device)
+    # Vertices of both plies bear an interface, each with half of its area.
+    stack.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)
     return stack
 
 

@@ -1,38 +1,11 @@
-"""How hard contacts press at one instant, from what they remember: forces, and their areas."""
+"""How hard contacts press at one instant: forces spread over vertices, and their areas."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from warpdrape.kernels.contact.contact import ContactLaw
-
 LOWER, UPPER = 0, 1
 """Rows of forces on a ply's faces."""
-
-
-def normal_forces(
-    law: ContactLaw,
-    mass: np.ndarray,
-    stored: np.ndarray,
-    springs: np.ndarray,
-    dashpots: np.ndarray,
-) -> np.ndarray:
-    """Normal force of each contact, of penalty and dashpot [N], shape [slot].
-
-    Args:
-        law: the contact law.
-        mass: of each contact [kg], shape [slot].
-        stored: energy of its springs [J], shape [slot].
-        springs: stick springs [m], shape [slot, 3].
-        dashpots: their forces [N], shape [slot].
-    """
-    forces = np.zeros(len(stored))
-    (at,) = np.nonzero(stored > 0.0)
-    stiffness = law.stiffness * mass[at]
-    square = 2.0 * stored[at] / stiffness - (springs[at] ** 2).sum(axis=1)
-    depth = np.sqrt(np.maximum(square, 0.0))
-    forces[at] = np.maximum(stiffness * depth + dashpots[at], 0.0)
-    return forces
 
 
 def on_corners(contacts: np.ndarray, forces: np.ndarray, vertices: int) -> np.ndarray:

@@ -9,20 +9,20 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact.compaction import Pads
 from warpdrape.contact.folds import cut_into_patches
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import (
     LOWER,
     UPPER,
-    normal_forces,
     on_corners,
     vertex_shapes,
 )
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import folds, on_ply
 from warpdrape.kernels.contact import self_contact as kernels
-from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.folds import Patches
 from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf
 from warpdrape.setup import Setup
@@ -48,6 +48,7 @@ class SelfContactMemory:
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
+        forces: normal forces [N], shape [slot].
         slip: way slid [m], shape [slot].
         spent: what a contact has lost since it came near, less what was taken back [J],
             shape [slot].
@@ -62,6 +63,7 @@ class SelfContactMemory:
     springs: wp.array
     dashpots: wp.array
     stored: wp.array
+    forces: wp.array
     slip: wp.array
     spent: wp.array
     folded: wp.array
@@ -85,6 +87,7 @@ class SelfContact:
         patches: all plies cut into patches.
         runs: which patches are of each ply.
         law: the contact law.
+        laws: of compaction.
     """
 
     device: str
@@ -97,6 +100,7 @@ class SelfContact:
     patches: Patches
     runs: tuple[Run, ...]
     law: ContactLaw
+    laws: CompactionLaws
     name: str = "self-contact"
     searches: str = "self-search"
 
@@ -114,6 +118,7 @@ class SelfContact:
             springs=zeros(slots, wp.vec3d),
             dashpots=zeros(slots, real),
             stored=zeros(slots, real),
+            forces=zeros(slots, real),
             slip=zeros(slots, real),
             spent=zeros(slots, real),
             folded=wp.ones(len(self.patches.column), dtype=wp.int32, device=self.device),
@@ -156,7 +161,7 @@ class SelfContact:
         asking: bool,
     ) -> Launch:
         search = ply_search(self.scene, self.timing, ply.thickness, asking=asking)
-        inputs = [self.law, search, self.surfaces.facets, self.flat, ply]
+        inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
         inputs += [
             self.patches,
             memory.folded,
@@ -173,9 +178,19 @@ class SelfContact:
     def _forces(
         self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
     ) -> Launch:
-        inputs = [self.law, ply, run.first, plies.x, plies.v, memory.contacts, memory.pressing]
+        inputs = [
+            self.law,
+            self.laws,
+            ply,
+            run.first,
+            plies.x,
+            plies.v,
+            memory.contacts,
+            memory.pressing,
+        ]
         kept = [memory.springs, memory.dashpots]
-        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.slip, memory.spent]
+        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.forces]
+        outputs += [memory.slip, memory.spent]
         return Launch(kernels.add_self_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:
@@ -205,8 +220,7 @@ class SelfContact:
     def _pressing(self, bodies: Bodies, memory: SelfContactMemory) -> np.ndarray:
         """Normal forces on lower and upper faces [N], shape [2, vertex]."""
         x, contacts = bodies.plies.x.numpy(), memory.contacts.numpy()
-        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
-        forces = normal_forces(self.law, contacts["mass"], *kept)
+        forces = memory.forces.numpy()
         pressing = np.zeros((2, len(x)))
         if not forces.any():
             return pressing
@@ -230,6 +244,7 @@ def build(
     timing: Timing,
     mass: wp.array,
     surfaces: PlySurfaces | None,
+    pads: Pads,
     device: str,
 ) -> SelfContact | None:
     """Put on a device what searches need of the plies that touch themselves; None if none does.
@@ -240,6 +255,7 @@ def build(
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
         surfaces: the plies' surfaces.
+        pads: what gives way in contacts.
         device: Warp device.
     """
     numbers = [n for n, ply in enumerate(scene.plies) if scene.touches_itself(ply)]
@@ -250,6 +266,8 @@ def build(
     flat.places = wp.array(places, dtype=wp.vec3d, device=device)
     apart = np.concatenate([_apart(ply) for ply in scene.plies])
     flat.apart = wp.array(apart, dtype=wp.float64, device=device)
+    # Vertices of both folds bear what is between them, each with half of its area.
+    flat.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)
     plies, slot = [], 0
     for number in numbers:
         ply, span, searched = scene.plies[number], spans[number], SearchedSelf()
@@ -261,12 +279,13 @@ def build(
         searched.first_slot = slot
         searched.thickness = ply.fabric.thickness
         searched.friction = scene.friction_between(ply, ply)
+        searched.pad = int(pads.of_plies[number, number])
         plies.append(searched)
         slot += 2 * span.vertex_count
     law = contact_law(scene, timing.time_step)
     patches, runs = cut_into_patches(scene.plies, spans, device)
     return SelfContact(
-        device, scene, timing, mass, surfaces, flat, tuple(plies), patches, runs, law
+        device, scene, timing, mass, surfaces, flat, tuple(plies), patches, runs, law, pads.laws
     )
 
 

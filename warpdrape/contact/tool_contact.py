@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
-from warpdrape.contact.pressure import normal_forces
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
-from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_contact import (
     ToolHold,
     ToolPlane,
@@ -71,6 +71,8 @@ class ToolContact:
         meshes: per tool, in its own frame.
         surfaces: the tools' facets.
         law: the contact law.
+        laws: of compaction.
+        pads: what gives way of each vertex's ply, shape [vertex].
         search: how far searches look.
     """
 
@@ -80,6 +82,8 @@ class ToolContact:
     meshes: tuple[wp.Mesh, ...]
     surfaces: ToolSurfaces
     law: ContactLaw
+    laws: CompactionLaws
+    pads: wp.array
     search: ToolSearch
     name: str = "tool contact"
     searches: str = "tool search"
@@ -110,7 +114,8 @@ class ToolContact:
             outputs = [*found, plies.lost, memory.deepest]
             find.append(Launch(find_tool_contacts, count, inputs, outputs))
             known = [memory.planes, memory.touching]
-            inputs = [first, self.law, self.surfaces.friction, self.mass, *moving, *known]
+            inputs = [first, self.law, self.laws, self.pads, self.surfaces.friction, self.mass]
+            inputs += [*moving, *known]
             outputs = [memory.holds, plies.f, tools.reaction, plies.lost]
             push.append(Launch(add_tool_forces, count, inputs, outputs))
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
@@ -118,12 +123,9 @@ class ToolContact:
     def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:
         """Energy in contact springs and friction springs; forces and penetration of each tool."""
         deepest, holds = memory.deepest.numpy(), memory.holds.numpy()
-        tools, mass = len(self.meshes), self.mass.numpy()
-        kept = (holds["stored"], holds["spring"], holds["dashpot"])
-        forces = normal_forces(self.law, np.tile(mass, tools), *kept)
         return Measured(
             {"contact": float(holds["stored"].sum())},
-            pressing={"tool_pressure": forces.reshape(tools, -1)},
+            pressing={"tool_pressure": holds["pressing"].reshape(len(self.meshes), -1)},
             entries={"tools": [{"max_penetration_m": float(depth)} for depth in deepest]},
         )
 
@@ -134,6 +136,7 @@ def build(
     timing: Timing,
     mass: wp.array,
     surfaces: PlySurfaces | None,
+    pads: Pads,
     device: str,
 ) -> ToolContact | None:
     """Put the tools on a device; None where there are none.
@@ -144,6 +147,7 @@ def build(
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
         surfaces: the plies' surfaces, which vertices do not need.
+        pads: what gives way in contacts.
         device: Warp device.
     """
     if not scene.tools:
@@ -155,6 +159,8 @@ def build(
         wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         *tool_surfaces(scene, device),
         contact_law(scene, timing.time_step),
+        pads.laws,
+        pads.at_vertices(scene, device),
         _tool_search(scene, timing),
     )
 

@@ -8,14 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.contact.compaction import Pads
 from warpdrape.contact.features import points_of
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
-from warpdrape.contact.pressure import normal_forces, on_corners
+from warpdrape.contact.pressure import on_corners
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import tool_features as kernels
-from warpdrape.kernels.contact.contact import ContactLaw
+from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_features import Features, SearchedPly
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
@@ -33,6 +34,7 @@ class FeatureContactMemory:
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
+        pressing: normal forces [N], shape [slot].
         spent: what a contact has lost since it came near, less what was taken back [J],
             shape [slot].
         lost: (friction, contact damping) [J], shape [slot].
@@ -45,6 +47,7 @@ class FeatureContactMemory:
     springs: wp.array
     dashpots: wp.array
     stored: wp.array
+    pressing: wp.array
     spent: wp.array
     lost: wp.array
     deepest: wp.array
@@ -66,6 +69,7 @@ class FeatureContact:
         features: points of the tools.
         plies: the searched plies, for the kernels.
         law: the contact law.
+        laws: of compaction, which points of tools do without.
     """
 
     device: str
@@ -76,6 +80,7 @@ class FeatureContact:
     features: Features
     plies: tuple[SearchedPly, ...]
     law: ContactLaw
+    laws: CompactionLaws
     name: str = "tool features"
     searches: str = "feature search"
 
@@ -98,6 +103,7 @@ class FeatureContact:
             springs=zeros(slots, wp.vec3d),
             dashpots=zeros(slots, real),
             stored=zeros(slots, real),
+            pressing=zeros(slots, real),
             spent=zeros(slots, real),
             lost=zeros(slots, wp.vec2d),
             deepest=zeros(len(self.scene.tools), real),
@@ -125,11 +131,21 @@ class FeatureContact:
         for number, ply in enumerate(self.plies):
             search = ply_search(self.scene, self.timing, ply.half, asking=asking)
             first = number * self.count
-            inputs = [self.law, search, self.features, surfaces.facets, ply, first, shift, x]
+            inputs = [
+                self.law,
+                self.laws,
+                search,
+                self.features,
+                surfaces.facets,
+                ply,
+                first,
+                shift,
+                x,
+            ]
             inputs += [surfaces.normals, surfaces.hollows, memory.springs, memory.stored]
             outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
             find.append(Launch(kernels.find_features, self.count, inputs, outputs))
-            inputs = [self.law, search, self.features, first, shift, x]
+            inputs = [self.law, self.laws, search, self.features, first, shift, x]
             inputs += [memory.springs, memory.presses]
             outputs = [memory.seen, memory.contacts, memory.spent, memory.lost]
             settle.append(Launch(kernels.settle_features, self.count, inputs, outputs))
@@ -137,9 +153,10 @@ class FeatureContact:
 
     def _forces(self, number: int, bodies: Bodies, memory: FeatureContactMemory) -> Launch:
         plies, tools = bodies.plies, bodies.tools
-        inputs = [self.law, self.features, number * self.count]
+        inputs = [self.law, self.laws, self.features, number * self.count]
         inputs += [tools.shift, tools.velocity, plies.x, plies.v, memory.contacts]
-        kept = [memory.springs, memory.dashpots, memory.stored, memory.spent, memory.lost]
+        kept = [memory.springs, memory.dashpots, memory.stored, memory.pressing]
+        kept += [memory.spent, memory.lost]
         outputs = [*kept, plies.f, tools.reaction]
         return Launch(kernels.add_feature_forces, self.count, inputs, outputs)
 
@@ -148,8 +165,7 @@ class FeatureContact:
         friction, damping = memory.lost.numpy().sum(axis=0)
         touched = memory.lost.numpy().any(axis=1).reshape(len(self.plies), -1).any(axis=1)
         contacts, vertices = memory.contacts.numpy(), bodies.plies.x.shape[0]
-        kept = (memory.stored.numpy(), memory.springs.numpy(), memory.dashpots.numpy())
-        forces = normal_forces(self.law, contacts["mass"], *kept)
+        forces = memory.pressing.numpy()
         tool = np.tile(self.features.tools.numpy(), len(self.plies))
         pressing = [
             on_corners(contacts, np.where(tool == number, forces, 0.0), vertices)
@@ -172,6 +188,7 @@ def build(
     timing: Timing,
     mass: wp.array,
     surfaces: PlySurfaces | None,
+    pads: Pads,
     device: str,
 ) -> FeatureContact | None:
     """Put the tools' points on a device; None where vertices feel all of the tools.
@@ -182,6 +199,7 @@ def build(
         timing: the steps.
         mass: vertex masses [kg], shape [vertex]; it is the triangles' that count here.
         surfaces: the plies' surfaces.
+        pads: what gives way in contacts.
         device: Warp device.
     """
     points = points_of(scene)
@@ -204,4 +222,6 @@ def build(
         searched.half = 0.5 * ply.fabric.thickness
         plies.append(searched)
     law = contact_law(scene, timing.time_step)
-    return FeatureContact(device, scene, timing, spans, surfaces, features, tuple(plies), law)
+    return FeatureContact(
+        device, scene, timing, spans, surfaces, features, tuple(plies), law, pads.laws
+    )

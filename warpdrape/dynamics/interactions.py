@@ -11,6 +11,7 @@ from warpdrape.contact import (
     tool_contact,
     tool_features,
 )
+from warpdrape.contact.compaction import build_pads
 from warpdrape.contact.features import has_features
 from warpdrape.forces import bending, bending_curve, membrane
 from warpdrape.interaction import Interaction, Span
@@ -42,5 +43,7 @@ def build_contacts(
     others = len(scene.plies) > 1 or has_features(scene)
     if others or any(map(scene.touches_itself, scene.plies)):
         surfaces = ply_surfaces.build(scene, spans, device, shapes=others)
-    built = (contact.build(scene, spans, timing, mass, surfaces, device) for contact in CONTACTS)
+    pads = build_pads(scene, timing, device)
+    needed = (scene, spans, timing, mass, surfaces, pads, device)
+    built = (contact.build(*needed) for contact in CONTACTS)
     return tuple(thing for thing in (surfaces, *built) if thing is not None)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from warpdrape.errors import InputError, finite, nearest, positive
 from warpdrape.materials.bending import Bending, BendingCurve
+from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
@@ -58,6 +59,7 @@ class Fabric:
         compressive_factor: yarn stiffness in compression over that in tension [-].
         yarn_angle: angle from warp to weft in the flat ply [rad].
         bending: resistance to bending; None for a ply that bends freely.
+        compaction: pressure against thickness; None for a ply that keeps its thickness.
         sources: value name → where it comes from.
         description: what it is, in a line.
         doubts: what is uncertain about the fabric as a whole.
@@ -73,6 +75,7 @@ class Fabric:
     compressive_factor: float = 0.01
     yarn_angle: float = math.pi / 2
     bending: Bending | BendingCurve | None = None
+    compaction: Compaction | None = None
     sources: Mapping[str, Source] = field(default_factory=dict)
     description: str = ""
     doubts: tuple[str, ...] = ()
@@ -106,6 +109,15 @@ class Fabric:
             )
         if not isinstance(self.bending, Bending | BendingCurve | None):
             raise InputError(f"bending = {self.bending!r} is no warpdrape.Bending or BendingCurve")
+        if not isinstance(self.compaction, Compaction | None):
+            raise InputError(f"compaction = {self.compaction!r} is no warpdrape.Compaction")
+        if self.compaction is not None and not math.isclose(
+            self.compaction.thickness, self.thickness, rel_tol=1e-6
+        ):
+            raise InputError(
+                f"compaction.thicknesses start at {self.compaction.thickness:.6g} m, the fabric's "
+                f"thickness is {self.thickness:.6g} m: give both the same"
+            )
         self._check_crimp()
         falling = falling_angle(self.shear)
         if falling is not None:

@@ -102,6 +102,16 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
     elif fabric.bending is not None:
         stated = ("warp", "weft", *(n for n in ("twist",) if f"bending.{n}" in fabric.sources))
         values += [(f"bending.{n}", f"{getattr(fabric.bending, n):.4g} N·m") for n in stated]
+    if fabric.compaction is not None:
+        law = fabric.compaction
+        if "compaction.coefficient" in fabric.sources:
+            values += [
+                (f"compaction.{n}", fabric.sources[f"compaction.{n}"].given)
+                for n in ("coefficient", "exponent", "fibre_density", "largest_pressure")
+            ]
+        else:
+            values.append(("compaction.thicknesses", f"to {law.thinnest:.4g} m"))
+            values.append(("compaction.pressures", f"to {law.pressures[-1]:.4g} Pa"))
     return values
 
 
@@ -152,6 +162,13 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
         rows.append(("flexural length, warp and weft", f"{shown} mm"))
         if "bending.twist" not in fabric.sources:
             rows.append(("twisting stiffness", f"{fabric.bending.twist:.4g} N·m"))
+    if fabric.compaction is not None:
+        for pressure in (1e4, 1e5):
+            if pressure <= fabric.compaction.pressures[-1]:
+                thickness = fabric.compaction.thickness_at(pressure)
+                rows.append(
+                    (f"thickness under {pressure / 1e3:g} kPa", f"{1e3 * thickness:.4g} mm")
+                )
     return rows
 
 

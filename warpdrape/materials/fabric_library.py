@@ -9,8 +9,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from warpdrape.errors import InputError, one_of
 from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
+from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.materials.laws import (
@@ -75,6 +78,15 @@ _BENDING_CURVE = {
     "friction_curvature": "curvature",
 }
 """The first three must be given."""
+_COMPACTION = {
+    "table": {"thicknesses": "length", "pressures": "pressure"},
+    "power": {
+        "coefficient": "ratio",
+        "exponent": "ratio",
+        "fibre_density": "density",
+        "largest_pressure": "pressure",
+    },
+}
 _SHEAR_KEYS = {
     "polynomial": {"coefficients": "couple"},
     "table": {"angles": "angle", "couples": "couple"},
@@ -136,7 +148,7 @@ def with_bending(fabric: Fabric | str | os.PathLike[str], choice: str | float) -
 
 def _fabric(file: Section) -> Fabric:
     """Build the fabric that a file describes."""
-    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending"))
+    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending", "compaction"))
     file.require("name", str, "a text")
     sources: Sources = {}
     isotropic = file.section("tension").values.get("law") == "isotropic"
@@ -150,6 +162,7 @@ def _fabric(file: Section) -> Fabric:
     tension = _tension(file, values, sources)
     shear = _shear(file, sources)
     bending = _bending(file, values, tension, sources)
+    compaction = _compaction(file, values, sources)
     try:
         return Fabric(
             name=file.text("name"),
@@ -158,6 +171,7 @@ def _fabric(file: Section) -> Fabric:
             tension=tension,
             shear=shear,
             bending=bending,
+            compaction=compaction,
             sources=sources,
             **values,
         )
@@ -276,6 +290,23 @@ def _bending(
         found["twist"], sources["bending.twist"] = section.number("twist", _BENDING["twist"])
     try:
         return Bending(**found)
+    except InputError as error:
+        section.blame(error)
+
+
+def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Compaction | None:
+    if "compaction" not in file.values:
+        return None
+    section, law, found = _law(file, "compaction", _COMPACTION, sources)
+    try:
+        if law == "table":
+            return Compaction(**found)
+        numbers = {key: float(np.asarray(value).item()) for key, value in found.items()}
+        return Compaction.power_law(
+            areal_density=values["areal_density"], thickness=values["thickness"], **numbers
+        )
+    except ValueError as error:
+        section.fail("", f"coefficient, exponent, fibre_density, largest_pressure: {error}")
     except InputError as error:
         section.blame(error)
 

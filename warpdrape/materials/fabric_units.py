@@ -28,12 +28,25 @@ UNITS: dict[str, dict[str, float]] = {
         "gf·cm/cm": 9.80665e-3,
     },
     "force per length": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5},
+    "density": {"kg/m³": 1.0, "g/cm³": 1e3},
     "angle": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
     "ratio": {"-": 1.0, "%": 1e-2},
 }
 """Quantity → unit as written → factor to SI."""
 
-_SPELLINGS = {"*": "·", ".": "·", "⋅": "·", "^2": "²", "m2": "m²", "μ": "µ", "um": "µm", " ": ""}
+_SPELLINGS = {
+    "*": "·",
+    ".": "·",
+    "⋅": "·",
+    "^2": "²",
+    "m2": "m²",
+    "^3": "³",
+    "m3": "m³",
+    "μ": "µ",
+    "um": "µm",
+    " ": "",
+}
 
 
 def si_factor(quantity: str, unit: str) -> float | None:
