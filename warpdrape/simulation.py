@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact.closing import closing_tools
 from warpdrape.contact.passages import Passages
 from warpdrape.contact.squeeze import worst_squeeze
 from warpdrape.dynamics.crew import choose_threads
@@ -78,6 +79,9 @@ def run_scene(
     recorder = Recorder(model, folder, loading, threads=threads, profile=profile)
     try:
         with Progress(scene.duration, quiet=quiet) as progress:
+            if not quiet:
+                for closing in closing_tools(scene):
+                    progress.say(f"warning: {closing}")
             progress.say(f"{model.timing.steps:,} steps of {1e6 * model.timing.time_step:.3g} µs")
             failure = _march(model, state, threads, loading, recorder, progress)
     except Exception as error:  # a fault of ours: keep the frames, then let it be seen

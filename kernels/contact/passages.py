@@ -36,3 +36,36 @@ def find_depths(
     if side.result and side.sign < 0.0:
         depth[i] = wp.length(point - place)
         facet[i] = near.face
+
+
+@wp.kernel(enable_backward=False)
+def find_gaps(
+    points: wp.array(dtype=wp.vec3f),
+    normals: wp.array(dtype=wp.vec3f),
+    tool: wp.uint64,
+    shift: wp.vec3f,
+    reach: float,
+    gaps: wp.array(dtype=wp.float32),
+):
+    """Distance of points of a tool from another that faces them; one thread a point.
+
+    Args:
+        points: on a tool's surface [m].
+        normals: outward, unit, at the points.
+        tool: mesh of the other.
+        shift: from the other tool to the first, as they are now [m].
+        reach: how far to look [m].
+        gaps: distance where the surfaces face each other, negative where they overlap [m], else
+            ``reach``; overwritten.
+    """
+    i = wp.tid()
+    gaps[i] = reach
+    point = points[i] + shift
+    near = wp.mesh_query_point_no_sign(tool, point, reach)
+    if not near.result:
+        return
+    facing = wp.mesh_eval_face_normal(tool, near.face)
+    if wp.dot(facing, normals[i]) > -0.5:
+        return
+    offset = point - wp.mesh_eval_position(tool, near.face, near.u, near.v)
+    gaps[i] = wp.where(wp.dot(offset, facing) < 0.0, -wp.length(offset), wp.length(offset))

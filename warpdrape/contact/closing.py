@@ -1,0 +1,126 @@
+"""Before a run: tools whose motions leave the plies between them less room than they are thick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+import trimesh
+import warp as wp
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.kernels.contact.passages import find_gaps
+from warpdrape.setup import Setup
+from warpdrape.tools.motion import Float
+from warpdrape.tools.tool import Tool
+
+LOOKS = 24
+"""Instants of a run at which tools are held against each other."""
+ACROSS, MOST = 32, 200
+"""Points of a tool across the plies, but no more than so many across a large tool."""
+TOO_LITTLE = 0.95
+"""Room over thickness below which it is said; facets of curved tools cut a little off it [-]."""
+
+
+@dataclass(frozen=True)
+class Closing:
+    """The narrowest place between two tools where plies may lie.
+
+    Attributes:
+        tools: their names.
+        gap: room between them, below zero where they overlap [m].
+        thickness: of the plies there, compacted as far as their laws go [m].
+        time: when [s].
+        place: where [m], shape [3].
+    """
+
+    tools: tuple[str, str]
+    gap: float
+    thickness: float
+    time: float
+    place: np.ndarray
+
+    def __str__(self) -> str:
+        x, y, _ = 1e3 * self.place
+        room = f"leave {1e3 * self.gap:.3g} mm" if self.gap > 0.0 else "leave no room"
+        return (
+            f"tools {self.tools[0]!r} and {self.tools[1]!r} {room} between them at "
+            f"{1e3 * self.time:.4g} ms, ({x:.4g}, {y:.4g}) mm; plies that lie there are "
+            f"{1e3 * self.thickness:.3g} mm thick"
+        )
+
+
+def closing_tools(scene: Setup) -> list[Closing]:
+    """Pairs of tools with prescribed motions that close to less than the plies are thick.
+
+    A floating tool gives way, and is not looked at. Whether a ply lies there then, only the run
+    tells.
+
+    Args:
+        scene: what is computed.
+    """
+    led = [tool for tool in scene.tools if not isinstance(tool.motion, Float)]
+    times = np.linspace(0.0, scene.duration, LOOKS + 1)
+    narrowest: dict[frozenset[str], Closing] = {}
+    for one, other in permutations(led, 2):
+        found = _narrowest(one, other, scene.plies, times)
+        pair = frozenset((one.name, other.name))
+        if found and (pair not in narrowest or found.gap < narrowest[pair].gap):
+            narrowest[pair] = found
+    return list(narrowest.values())
+
+
+def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) -> Closing | None:
+    """The narrowest place from points of one tool to the surface of another."""
+    boxes = [(ply.rest_points.min(axis=0), ply.rest_points.max(axis=0)) for ply in plies]
+    thickness = [_thinnest(ply) for ply in plies]
+    reach = sum(thickness)
+    width = max(float((high - low).max()) for low, high in boxes)
+    size = float(np.ptp(one.vertices, axis=0).max())
+    points, normals = _spread(one, max(width / ACROSS, size / MOST))
+    mesh = wp.Mesh(
+        wp.array(other.vertices, dtype=wp.vec3f, device="cpu"),
+        wp.array(np.ravel(other.triangles), dtype=wp.int32, device="cpu"),
+    )
+    gaps = wp.zeros(len(points), dtype=wp.float32, device="cpu")
+    inputs = [wp.array(a, dtype=wp.vec3f, device="cpu") for a in (points, normals)]
+    worst = None
+    for time, way, base in zip(
+        times, one.motion.displacement(times), other.motion.displacement(times), strict=True
+    ):
+        wp.launch(
+            find_gaps,
+            len(points),
+            inputs=[*inputs, mesh.id, wp.vec3f(*(way - base)), reach],
+            outputs=[gaps],
+            device="cpu",
+        )
+        at = points + way
+        room = np.zeros(len(points))
+        for (low, high), thin in zip(boxes, thickness, strict=True):
+            over = (at[:, :2] >= low[:2]) & (at[:, :2] <= high[:2])
+            room += np.where(over.all(axis=1), thin, 0.0)
+        lacking = np.where(room > 0.0, TOO_LITTLE * room - gaps.numpy(), -np.inf)
+        k = int(np.argmax(lacking))
+        gap = float(gaps.numpy()[k])
+        if lacking[k] > 0.0 and (worst is None or gap < worst.gap):
+            names = (one.name, other.name)
+            worst = Closing(names, gap, float(room[k]), float(time), at[k])
+    return worst
+
+
+def _thinnest(ply: Ply) -> float:
+    law = ply.fabric.compaction
+    return ply.fabric.thickness if law is None else law.thinnest
+
+
+def _spread(tool: Tool, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points on a tool, at most so far apart [m], and the outward normals there."""
+    vertices, triangles = trimesh.remesh.subdivide_to_size(
+        tool.vertices, tool.triangles, spacing, max_iter=20
+    )
+    corners = vertices[triangles]
+    normals, good = trimesh.triangles.normals(corners)
+    return corners[good].mean(axis=1), normals
