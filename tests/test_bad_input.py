@@ -94,8 +94,16 @@ def scene(*plies, **options):
         ),
         ("run hemisphere --set facet=1e-6", "facet = 1e-06 m makes"),
         (
-            "run hemisphere --set travel=75mm",
-            "travel = '75mm' must be a number, such as travel=0.075",
+            "run hemisphere --set travel=75kg",
+            "travel = '75kg': units it may be given with: m, cm, mm, ",
+        ),
+        (
+            "run hemisphere --set travel=far",
+            "travel = 'far' must be a number, such as travel=0.075",
+        ),
+        (
+            "run hemisphere --set mass_scaling=selective --set minimum_time_step=1kg",
+            "units it may be given with: s, ms, ",
         ),
         ("run hemisphere --set travel=nan", "travel = nan must be finite"),
         ("run hemisphere --set friction=-inf", "friction = -inf must be finite"),

@@ -254,3 +254,22 @@ def test_building_a_scene_brings_no_command_line_with_it():
     code = f"import sys; from warpdrape.scenes import {modules}; {seen}"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
     assert ended.stdout.split() == ["False"], ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("travel", "75mm", 0.075),
+        ("travel", "7.5 cm", 0.075),
+        ("travel", "0.075", 0.075),
+        ("duration", "80ms", 0.08),
+        ("holder_force", "0.2kN", 200.0),
+        ("angle_deg", "45°", 45.0),
+        ("angle_deg", "-1rad", -57.29577951308232),
+        ("friction", "20%", 0.2),
+        ("contact_share", "4e-2", 0.04),
+    ],
+)
+def test_values_may_have_their_unit(name, text, value):
+    settings = find_script("hemisphere").read_settings([f"{name}={text}"])
+    assert settings[name] == pytest.approx(value, rel=1e-12)

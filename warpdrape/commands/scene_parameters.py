@@ -16,6 +16,16 @@ from warpdrape.errors import InputError
 _TRUE = ("true", "yes", "on", "1")
 _FALSE = ("false", "no", "off", "0")
 _WORDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+_UNITS: dict[str, dict[str, float]] = {
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
+    "N": {"N": 1.0, "kN": 1e3},
+    "s": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6},
+    "deg": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi},
+    "-": {"%": 1e-2},
+}
+"""Unit of a parameter → units with which it may be given → factor."""
+_WITH_UNIT = re.compile(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?) ?([^\W\d_°%]+|°|%)")
+_OWN_UNIT = re.compile(r"\[([^\]]*)\]")
 _ARGUMENT = re.compile(r"(\*{0,2}\w+)(?: \([^)]*\))?:\s*(.*)")
 
 
@@ -49,6 +59,8 @@ class Parameter:
         if self.kind is str:
             return text
         value = _number(self.kind, text)
+        if value is None and self.kind is float:
+            value = self._with_unit(text)
         if value is None:
             raise InputError(
                 f"{self.name} = {text!r} must be {_WORDS[self.kind]}, such as "
@@ -57,6 +69,28 @@ class Parameter:
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{self.name} = {text} must be finite")
         return value
+
+    @property
+    def unit(self) -> str:
+        """Its unit, the first one in square brackets of its description; "" if it has none."""
+        found = _OWN_UNIT.search(self.description)
+        return found[1] if found else ""
+
+    def _with_unit(self, text: str) -> float | None:
+        """Value of a number with a unit, such as 75mm; None for anything else.
+
+        Raises:
+            InputError: if the unit is none of the parameter's.
+        """
+        found = _WITH_UNIT.fullmatch(text.strip())
+        number = _number(float, found[1]) if found else None
+        if number is None:
+            return None
+        units = _UNITS.get(self.unit, {})
+        if found[2] not in units:
+            known = ", ".join(units) or f"none, it is in {self.unit or 'no unit'}"
+            raise InputError(f"{self.name} = {text!r}: units it may be given with: {known}")
+        return number * units[found[2]]
 
 
 def read_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:

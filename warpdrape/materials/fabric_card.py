@@ -152,7 +152,11 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
         for angle in (30, 45, 60):
             couple = fabric.shear_per_area(math.radians(angle))
             force = couple / math.cos(math.radians(angle)) / 1e3
-            rows.append((f"normalised shear force at {angle}°", f"{force:.4g} N/mm"))
+            beyond = isinstance(fabric.shear, ShearTable) and (
+                math.radians(angle) > fabric.shear.angles[-1] * (1.0 + 1e-9)
+            )
+            said = ", extrapolated" if beyond else ""
+            rows.append((f"normalised shear force at {angle}°", f"{force:.4g} N/mm{said}"))
         stiffest = shear_stiffness(fabric, math.radians(60))
         rows.append(("largest shear stiffness up to 60°", f"{stiffest:.4g} N/m"))
     if fabric.bends and isinstance(fabric.bending, Bending):

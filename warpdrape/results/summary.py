@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
+from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.result import FormedPly
 
@@ -115,6 +117,8 @@ def summarise(
         of_forces.update(entries)
         warnings += complaints
     warnings += loading.warnings()
+    for ply, formed in zip(model.scene.plies, plies, strict=True):
+        warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
     return {
         "status": "failed" if failure else "completed",
         "message": failure or "; ".join(warnings) or "completed",
@@ -188,5 +192,6 @@ def _ply_entry(
         "p95_shear_deg": area_percentile(shear, areas, 0.95),
         "mean_abs_shear_deg": float(np.average(shear, weights=areas)),
         **of_forces,
+        "beyond_data": [asdict(beyond) for beyond in beyond_data(ply, formed)],
         "draw_in_m": draw_in(ply, formed.points),
     }
