@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.errors import InputError
 from warpdrape.tools.motion import Float
 from warpdrape.tools.profile import Arc, Line, extrude, revolve
@@ -265,3 +266,30 @@ def test_unreadable_mesh_file_is_refused(tmp_path):
     path.write_bytes(b"\xff" * 100)
     with pytest.raises(InputError, match=r"cannot read .*broken\.stl"):
         Tool.from_mesh("it", path)
+
+
+@pytest.mark.parametrize(
+    ("raised", "words"),
+    [
+        (
+            ModuleNotFoundError("No module", name="networkx"),
+            r"\.3mf files need the Python package ",
+        ),
+        (
+            ImportError("missing `pip install x`"),
+            r"need one more package \(missing `pip install x`",
+        ),
+        (ValueError("odd header"), "odd header; save it as STL, OBJ, PLY, OFF or GLB"),
+    ],
+)
+def test_why_a_file_cannot_be_read_is_said_with_the_remedy(raised, words, tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise raised
+
+    monkeypatch.setattr(trimesh, "load", fail)
+    monkeypatch.setattr(trimesh, "load_mesh", fail)
+    path = tmp_path / "part.3mf"
+    path.write_bytes(b"x")
+    for read in (lambda: Tool.from_mesh("it", path), lambda: FlatMesh.from_file(path)):
+        with pytest.raises(InputError, match=words):
+            read()

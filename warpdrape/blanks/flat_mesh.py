@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from warpdrape.errors import InputError, positive
+from warpdrape.mesh_file import why_unreadable
 
 DEGENERATE = 1e-7
 """Smallest height over longest side below which a triangle counts as having no area."""
@@ -237,7 +238,8 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[Any]]:
     try:
         mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:  # every reader raises its own kinds
-        raise InputError(f"mesh file '{path}' cannot be read: {error}") from error
+        why = why_unreadable(path, error)
+        raise InputError(f"mesh file '{path}' cannot be read: {why}") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise InputError(f"mesh file '{path}' holds no triangles")
     if len(mesh.vertices) >= 3 * len(mesh.faces):

@@ -8,7 +8,6 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.kernels.contact.contact import CompactionLaws, Pad
 from warpdrape.materials.compaction import Compaction
 from warpdrape.setup import Setup
@@ -84,8 +83,8 @@ def build_pads(scene: Setup, timing: Timing, device: str) -> Pads:
     laws.pressures, laws.energies = real(np.concatenate(pressures)), real(np.concatenate(energies))
     laws.spacing = real(spacing)
     laws.steepest = real([steepest for _, _, steepest in sampled] or [1.0])
-    areas = [vertex_shapes(ply.rest_points, ply.mesh.triangles)[1] for ply in scene.plies]
-    return Pads(laws, of_tools, of_plies, np.concatenate(areas))
+    areas = np.concatenate([ply.mesh.vertex_areas for ply in scene.plies])
+    return Pads(laws, of_tools, of_plies, areas)
 
 
 def sample(laws: list[Compaction], stiffest: float) -> tuple[float, np.ndarray, float]:

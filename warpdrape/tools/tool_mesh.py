@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 
 from warpdrape.errors import InputError, positive
+from warpdrape.mesh_file import why_unreadable
 from warpdrape.tools.orientation import oriented, without_doubles
 from warpdrape.tools.profile import Surface
 
@@ -64,7 +65,8 @@ def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
     try:
         return trimesh.load(source, force="mesh", process=False)
     except Exception as error:  # trimesh raises whatever its readers raise
-        raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {error}") from None
+        why = why_unreadable(source, error)
+        raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {why}") from None
 
 
 def creased_normals(mesh: trimesh.Trimesh) -> np.ndarray:
