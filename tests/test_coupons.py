@@ -42,6 +42,33 @@ def test_picture_frame_writes_its_curve(tmp_path, mesh):
     assert result.history["frame_displacement_m"][-1] == pytest.approx(coupon["travel_m"])
 
 
+def test_a_coupon_says_from_where_on_inertia_bears_little(tmp_path):
+    slow, hasty = (
+        bias_extension.build(edge=0.02, shear_angle_deg=40.0, duration=duration)
+        for duration in (0.06, 0.02)
+    )
+    starts = []
+    for name, scene in (("slow", slow), ("hasty", hasty)):
+        result = scene.run(tmp_path / name, frames=40)
+        curve, summary = read(tmp_path / name)
+        start = summary["coupon"]["quasi_static_from_shear_angle_deg"]
+        after = curve["shear_angle_deg"] >= start
+        kinetic, internal = result.history["kinetic_j"], result.history["internal_j"]
+        assert (kinetic[after] < 0.05 * internal[after]).all()
+        assert kinetic[~after][-1] >= 0.05 * internal[~after][-1]
+        off = curve["force_n"][after] / curve["closed_form_force_n"][after] - 1.0
+        assert np.abs(off).max() < 0.1
+        starts.append(start)
+    assert 2.0 < starts[0] < starts[1]
+
+
+def test_a_coupon_that_never_calms_says_so():
+    scene = bias_extension.build(edge=0.02, shear_angle_deg=10.0, duration=0.004)
+    summary = scene.run(frames=10).summary
+    assert summary["coupon"]["quasi_static_from_shear_angle_deg"] is None
+    assert not summary["quasi_static"]
+
+
 @pytest.mark.parametrize("frames", [12, 40])
 def test_few_frames_do_for_the_force_where_it_rises_steeply(frames):
     scene = picture_frame.build(edge=0.05, shear_angle_deg=55.0, duration=0.05)

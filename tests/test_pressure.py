@@ -10,6 +10,7 @@ from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.interaction import bodies_of
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.result import read_plies
 
@@ -113,6 +114,10 @@ def test_slip_is_the_way_along_the_ply_from_where_a_vertex_lay(pressed):
     np.testing.assert_allclose(low, np.broadcast_to(-way, low.shape), atol=1e-9)
     np.testing.assert_allclose(mid, np.broadcast_to(way, mid.shape), atol=1e-9)
     np.testing.assert_allclose(high, np.broadcast_to(-way, high.shape), atol=1e-9)
+    contact, memory = of_kind(model, state, PlyContact)
+    for entry in contact.measure(bodies_of(state), memory).entries["interfaces"]:
+        for name in ("mean_net_slip_m", "max_net_slip_m"):
+            assert entry[name] == pytest.approx(np.linalg.norm(way))
 
 
 def test_a_vertex_that_lay_alone_has_no_slip():

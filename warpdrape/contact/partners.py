@@ -28,6 +28,10 @@ class Partners:
     corners: np.ndarray
     weights: np.ndarray
 
+    def covers(self, vertices: slice) -> np.ndarray:
+        """Which of some vertices did not lie alone."""
+        return self.weights[vertices].sum(axis=1) > 0.0
+
     def slip(self, x: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """How far vertices have slid along the ply from their places [m], shape [vertex, 3].
 

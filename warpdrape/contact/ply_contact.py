@@ -188,7 +188,7 @@ class PlyContact:
             {"contact": float(memory.stored.numpy().sum())},
             fields=tuple({"slip": slip[span.vertices]} for span in self.spans),
             pressing={"contact_pressure": pressing},
-            entries={"interfaces": self._interfaces(memory, met, areas)},
+            entries={"interfaces": self._interfaces(memory, met, areas, slip)},
         )
 
     def _forces_of_pairs(
@@ -217,6 +217,7 @@ class PlyContact:
         memory: PlyMemory,
         met: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]],
         areas: np.ndarray,
+        slips: np.ndarray,
     ) -> list[dict[str, Any]]:
         """An entry for vertices of each ply on each ply that is next to it, or that they met.
 
@@ -227,8 +228,10 @@ class PlyContact:
             memory: what contacts remember.
             met: forces by pair, from `_forces_of_pairs`.
             areas: of the vertices [m²], shape [vertex].
+            slips: from where vertices lay on the next ply [m], shape [vertex, 3].
         """
         nothing = np.zeros(len(areas)), np.zeros(len(areas))
+        sizes = np.linalg.norm(slips, axis=1)
         names, count = [ply.name for ply in self.scene.plies], len(self.scene.plies)
         slip, seen = memory.slip.numpy(), memory.seen.numpy()["ply"] - 1
         deepest = memory.deepest.numpy().reshape(count, count)
@@ -244,12 +247,22 @@ class PlyContact:
                 pair = (look.searching, other)
                 if other != next_one and not (way.any() or deepest[pair] > 0.0):
                     continue
+                if other == next_one:  # told by the lower ply's vertices, the same for both
+                    covered = self.partners.covers(self.spans[min(pair)].vertices)
+                    apart = sizes[self.spans[min(pair)].vertices][covered]
+                    net = {
+                        "mean_net_slip_m": float(apart.mean()) if len(apart) else 0.0,
+                        "max_net_slip_m": float(apart.max(initial=0.0)),
+                    }
+                else:
+                    net = {}
                 entries.append(
                     {
                         "vertices_of": names[look.searching],
                         "on": names[other],
                         "max_slip_m": float(way.max()),
                         "mean_slip_m": float(way.mean()),
+                        **net,
                         **_pressures(
                             met.get(pair, nothing),
                             met.get(pair[::-1], nothing),

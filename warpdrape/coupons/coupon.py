@@ -17,6 +17,7 @@ from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.numerics import Numerics
+from warpdrape.results.quasi_static import calm_from
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, RunFolder
 from warpdrape.tools.motion import Stroke
 
@@ -110,14 +111,19 @@ class Curve:
         columns: name → values, shape [n]; the first is the abscissa. A measured ``…_n`` stands
             beside its ``closed_form_…_n``.
         ends: the values at the end of the pull.
+        calm_from: row from which on inertia bears little of the force; None if it always does.
     """
 
     columns: Mapping[str, np.ndarray]
     ends: Mapping[str, float]
+    calm_from: int | None
 
     def entries(self) -> dict[str, Any]:
         """What ``summary.json`` holds under ``coupon``."""
-        return {name: float(value) for name, value in self.ends.items()}
+        abscissa, values = next(iter(self.columns.items()))
+        calm = None if self.calm_from is None else float(values[self.calm_from])
+        ends = {name: float(value) for name, value in self.ends.items()}
+        return ends | {f"quasi_static_from_{abscissa}": calm}
 
     def figure(self) -> Figure:
         """Measured forces and closed forms over the abscissa."""
@@ -133,6 +139,9 @@ class Curve:
             exact = self.columns[f"closed_form_{name}"]
             axes.plot(values, exact, color=color, lw=3, alpha=0.35, label=f"{word}, closed form")
             axes.plot(values, self.columns[name], "+x"[number], color=color, ms=5, label=word)
+        if self.calm_from != 0:
+            until = values[-1 if self.calm_from is None else self.calm_from]
+            axes.axvspan(values[0], until, color="0.92", lw=0, label="inertia bears part")
         axes.set_xlabel(COLUMN_LABELS.get(abscissa, abscissa))
         axes.set_ylabel("force [N]")
         axes.grid(alpha=0.3)
@@ -174,7 +183,7 @@ def shear_curve(
     ends |= _force_errors(ends)
     if inside.any():  # a mesh may be too coarse to have one
         ends["measured_shear_angle_deg"] = float(np.abs(ply.shear_angle_deg[inside].mean()))
-    return Curve(columns, ends)
+    return Curve(columns, ends, calm_from(result.history))
 
 
 def slopes(at: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -211,7 +220,9 @@ def stretch_curve(
         columns[f"{name}_force_n"] = on_side[1:]
         columns[f"closed_form_{name}_force_n"] = exact[:, family]
     ends = {name: float(values[-1]) for name, values in columns.items()}
-    return Curve(columns, {**ends, **_force_errors(ends)})
+    calm = calm_from(history)
+    row = None if calm is None else min(calm, len(middle) - 1)
+    return Curve(columns, {**ends, **_force_errors(ends)}, row)
 
 
 def _force_errors(ends: Mapping[str, float]) -> dict[str, float]:

@@ -14,6 +14,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
 from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.draw_in import draw_in
+from warpdrape.results.quasi_static import mean_while_loaded, quasi_static
 from warpdrape.results.result import FormedPly
 
 ENERGY_WARNING = 0.02
@@ -22,12 +23,6 @@ ENERGY_FAILURE = 0.10
 """… and above which it fails [-]."""
 PENETRATION_WARNING = 0.5
 """Penetration over the thinnest ply's thickness above which a run warns [-]."""
-QUASI_STATIC_END = 0.05
-"""Kinetic over internal energy at the end that still counts as quasi-static [-]."""
-QUASI_STATIC_MEAN = 0.10
-"""Its mean while the plies are loaded [-]."""
-LOADED = 0.1
-"""Share of the largest internal energy from which the plies count as loaded [-]."""
 
 
 def energy_error(history: Mapping[str, np.ndarray]) -> float:
@@ -35,26 +30,6 @@ def energy_error(history: Mapping[str, np.ndarray]) -> float:
     names = ("kinetic_j", "internal_j", "friction_j", "damping_j", "external_work_j")
     largest = max(np.abs(history[name]).max() for name in names)
     return float(np.abs(history["unbalanced_j"]).max() / largest) if largest > 0.0 else 0.0
-
-
-def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
-    """An energy over the internal one, on average over the frames in which plies are loaded [-]."""
-    internal = history["internal_j"]
-    if internal.max() <= 0.0:
-        return 0.0
-    loaded = internal >= LOADED * internal.max()
-    return float(history[name][loaded].sum() / internal[loaded].sum())
-
-
-def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:
-    """Kinetic over internal energy at the end, its mean while loaded, and the verdict."""
-    kinetic, internal = history["kinetic_j"], history["internal_j"]
-    if internal.max() <= 0.0:
-        return 0.0, 0.0, False
-    mean = mean_while_loaded(history, "kinetic_j")
-    end = float(kinetic[-1] / internal[-1]) if internal[-1] > 0.0 else float("inf")
-    end = min(end, 1e12)
-    return end, mean, bool(end < QUASI_STATIC_END and mean < QUASI_STATIC_MEAN)
 
 
 def summarise(

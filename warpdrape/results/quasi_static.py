@@ -1,0 +1,45 @@
+"""Whether a run was slow enough: kinetic against internal energy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+QUASI_STATIC_END = 0.05
+"""Kinetic over internal energy at the end that still counts as quasi-static [-]."""
+QUASI_STATIC_MEAN = 0.10
+"""Its mean while the plies are loaded [-]."""
+LOADED = 0.1
+"""Share of the largest internal energy from which the plies count as loaded [-]."""
+
+
+def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
+    """An energy over the internal one, on average over the frames in which plies are loaded [-]."""
+    internal = history["internal_j"]
+    if internal.max() <= 0.0:
+        return 0.0
+    loaded = internal >= LOADED * internal.max()
+    return float(history[name][loaded].sum() / internal[loaded].sum())
+
+
+def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:
+    """Kinetic over internal energy at the end, its mean while loaded, and the verdict."""
+    kinetic, internal = history["kinetic_j"], history["internal_j"]
+    if internal.max() <= 0.0:
+        return 0.0, 0.0, False
+    mean = mean_while_loaded(history, "kinetic_j")
+    end = float(kinetic[-1] / internal[-1]) if internal[-1] > 0.0 else float("inf")
+    end = min(end, 1e12)
+    return end, mean, bool(end < QUASI_STATIC_END and mean < QUASI_STATIC_MEAN)
+
+
+def calm_from(history: Mapping[str, np.ndarray]) -> int | None:
+    """Frame from which on kinetic energy stays small beside the internal; None if it never does.
+
+    Args:
+        history: columns over the frames.
+    """
+    hasty = history["kinetic_j"] >= QUASI_STATIC_END * history["internal_j"]
+    first = int(np.flatnonzero(hasty)[-1]) + 1 if hasty.any() else 0
+    return first if first < len(hasty) else None
