@@ -5,6 +5,7 @@ from synthetic_run import ANGLES_DEG, blank, frame_of, frames_at, saddle, write_
 from warpdrape.errors import InputError
 from warpdrape.results import picture
 from warpdrape.results.picture import draw_ply, draw_stack
+from warpdrape.results.quantities import QUANTITIES, rounded_up
 from warpdrape.results.usd_reader import PlyView, read_scene
 
 
@@ -36,7 +37,7 @@ def test_reads_back_what_was_written(run):
     assert [p.name for p in scene.plies] == ["ply_0", "ply_1", "ply_2"]
     for ply, frame in zip(scene.plies, frames_at(1.0), strict=True):
         np.testing.assert_allclose(ply.points, frame.points, atol=1e-7)
-        np.testing.assert_allclose(ply.shear_deg, abs(frame.shear_angle_deg), atol=1e-5)
+        np.testing.assert_allclose(ply.values, abs(frame.shear_angle_deg), atol=1e-5)
     ((points, triangles),) = scene.tools
     assert triangles.shape == (4, 3)
     np.testing.assert_allclose(points[0], [0.0, 0.0, -0.03], atol=1e-9)
@@ -60,7 +61,7 @@ def test_every_option_changes_the_picture(run, tmp_path):
         {},
         {"frame": 1},
         {"view": (60.0, 10.0)},
-        {"max_deg": 60.0},
+        {"top": 60.0},
         {"yarns": False},
         {"smooth": False},
         {"tools": True},
@@ -74,11 +75,11 @@ def test_flat_colours_are_those_of_the_scale(run):
     from matplotlib import colormaps
 
     ply = view_of(0.0, 1.0)
-    paint = picture._paint([ply], None, False, False)
-    assert ply.shear_deg.max() <= paint.top < ply.shear_deg.max() + 5.0
+    paint = picture._paint(QUANTITIES["shear"], [ply], None, False, False)
+    assert ply.values.max() <= paint.top < ply.values.max() + 5.0
     corners = paint.colors_at_corners(ply)
     np.testing.assert_array_equal(
-        corners[:, 0], colormaps["viridis"](ply.shear_deg / paint.top)[:, :3]
+        corners[:, 0], colormaps["viridis"](ply.values / paint.top)[:, :3]
     )
     np.testing.assert_array_equal(corners[:, 0], corners[:, 2])
 
@@ -140,6 +141,41 @@ def test_clear_errors(run, tmp_path):
     refuse("unknown ply 'ply1'; did you mean 'ply_1'", run, "ply1")
     refuse("frame = 4 is out of range: .* has frames 0 to 3", run, frame=4)
     refuse("frame = -5 is out of range", run, frame=-5)
-    refuse("max_deg = 0 deg must be above zero", run, max_deg=0)
+    refuse("top = 0 ° must be above zero", run, top=0)
     refuse("cannot be written .* ending in .png", run, out=tmp_path / "a.docx")
     assert draw_ply(run / "scene.usdc", out=tmp_path / "b.png").is_file()
+
+
+def test_other_fields_are_drawn_under_their_own_names(run, tmp_path):
+    shear = pixels(draw_ply(run, out=tmp_path / "a.png"))
+    path = draw_ply(run, field="warp-strain")
+    assert path == run / "ply_1_warp-strain.png"
+    assert (pixels(path) != shear).mean() > 1e-2
+    assert draw_stack(run, field="weft-tension") == run / "stack_weft-tension.png"
+
+
+def test_a_field_that_is_not_there_is_refused_with_those_that_are(run):
+    with pytest.raises(InputError, match="'ply_0' has no slip in this run; it has: shear, warp-s"):
+        draw_ply(run, "ply_0", field="slip")
+    with pytest.raises(InputError, match="unknown field 'sheer'; did you mean 'shear'"):
+        draw_ply(run, field="sheer")
+
+
+def test_scales_end_at_round_numbers_and_hold_what_is_shown():
+    assert [rounded_up(v) for v in (0.0, -1.0, 0.1, 28.9, 31.0, 1e5)] == [0, 0, 0.1, 30, 40, 1e5]
+    strain, slip = QUANTITIES["warp-strain"], QUANTITIES["slip"]
+    assert strain.scale(strain.of(np.array([-0.002, 0.011]))) == (-0.2, 1.5)
+    assert slip.scale(slip.of(np.array([[0.003, 0.004, 0.0]]))) == (0.0, 5.0)
+    pressure = QUANTITIES["contact-pressure"]
+    values = pressure.of(np.r_[np.full(999, 5e3), 1e9])
+    assert pressure.scale(values) == (0.0, 5.0)
+    assert pressure.scale(np.zeros(4)) == (0.0, 1.0)
+    assert pressure.scale(np.r_[np.zeros(999), 3.0]) == (0.0, 3.0)
+
+
+def test_a_caption_tells_the_largest_value_at_vertices():
+    triangles = np.array([[0, 1, 2], [1, 3, 2]])
+    text = QUANTITIES["tool-pressure"].caption(
+        np.array([0.0, 0.0, 0.0, 9.0]), triangles, np.ones(2), short=False
+    )
+    assert text == "tool pressure up to 9 kPa, 95 % of the area below 3 kPa"

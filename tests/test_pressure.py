@@ -12,7 +12,10 @@ from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.interaction import bodies_of
 from warpdrape.materials.fabric_library import with_bending
+from warpdrape.results.picture import draw_ply
+from warpdrape.results.quantities import QUANTITIES
 from warpdrape.results.result import read_plies
+from warpdrape.results.usd_reader import read_scene
 
 FORCE, SIDE, THICKNESS = 50.0, 0.06, 6e-4
 
@@ -93,6 +96,14 @@ def test_the_file_holds_them_at_vertices(pressed):
             assert primvar.GetInterpolation() == UsdGeom.Tokens.vertex
             assert primvar.GetTimeSamples() == [0.0, 1.0, 2.0, 3.0, 4.0]
             np.testing.assert_allclose(np.array(primvar.Get(4.0)), values, rtol=1e-6, atol=1e-12)
+
+
+def test_a_picture_shows_what_the_file_holds(pressed):
+    _, result, folder = pressed
+    quantity = QUANTITIES["contact-pressure"]
+    (mid,) = read_scene(folder / "scene.usdc", ["mid"], -1, quantity).plies
+    np.testing.assert_allclose(mid.values, 1e-3 * result.ply("mid").contact_pressure, rtol=1e-6)
+    assert draw_ply(folder, "mid", field="contact-pressure").is_file()
 
 
 def test_slip_is_the_way_along_the_ply_from_where_a_vertex_lay(pressed):

@@ -152,6 +152,7 @@ def _picture(arguments: argparse.Namespace) -> int:
 
     frame = _whole("--frame", arguments.frame)
     options = {"frame": frame, "out": arguments.out, "tools": arguments.tools}
+    options |= {"field": arguments.field}
     if arguments.stack and arguments.ply is not None:
         raise InputError("give --ply NAME for one ply or --stack for all, not both")
     if arguments.stack:

@@ -103,9 +103,16 @@ def _add_run(commands: Any) -> None:
 
 
 def _add_picture(commands: Any) -> None:
-    picture = _add(commands, "picture", "draw a formed ply, coloured by shear angle")
+    picture = _add(commands, "picture", "draw a formed ply, coloured by shear or another field")
     picture.add_argument("run", metavar="RUN", help="the folder of a run")
     picture.add_argument("--ply", metavar="NAME", help="which ply; the middle one if not given")
+    picture.add_argument(
+        "--field",
+        metavar="FIELD",
+        default="shear",
+        help="shear if not given; warp- or weft-strain, -tension, -curvature; slip, "
+        "contact-pressure, tool-pressure",
+    )
     picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
     picture.add_argument(
         "--frame", metavar="K", default="-1", help="which frame; -1, the last one, if not given"

@@ -1,4 +1,4 @@
-"""A picture of a formed ply, coloured by shear angle, drawn from nothing but the run folder."""
+"""A picture of a formed ply, coloured by a quantity, drawn from nothing but the run folder."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from warpdrape.blanks.triangles import area_percentile
 from warpdrape.errors import InputError, positive
+from warpdrape.results.quantities import Quantity, quantity_named
 from warpdrape.results.raster import Camera, find_visible, vertex_normals
 from warpdrape.results.usd_reader import PlyView, SceneView, Surface, find_scene, read_scene
 
@@ -34,14 +34,18 @@ _INK, _FAINT = "#1a1d21", "#5b6470"
 
 @dataclass(frozen=True)
 class _Paint:
-    """How shear becomes colour.
+    """How a quantity becomes colour.
 
     Args:
-        top: shear angle at the end of the scale [deg].
+        quantity: that is shown.
+        bottom: its value at the start of the scale.
+        top: at its end.
         smooth: blend over the triangles, from the mean at each vertex.
         spacing: of the yarns drawn [m]; 0 for none.
     """
 
+    quantity: Quantity
+    bottom: float
     top: float
     smooth: bool
     spacing: float
@@ -50,12 +54,16 @@ class _Paint:
         """Return sRGB at each triangle's corners, shape (m, 3, 3)."""
         from matplotlib import colormaps
 
-        at = np.repeat(ply.shear_deg[:, None], 3, axis=1)
-        if self.smooth:
+        if len(ply.values) == len(ply.points):
+            at = ply.values[ply.triangles]
+        else:
+            at = np.repeat(ply.values[:, None], 3, axis=1)
+        if self.smooth and len(ply.values) == len(ply.triangles):
             vertices, n = ply.triangles.ravel(), len(ply.points)
             total = np.bincount(vertices, at.ravel(), n)
             at = (total / np.maximum(np.bincount(vertices, minlength=n), 1))[ply.triangles]
-        return colormaps["viridis"](at / self.top)[..., :3]
+        share = (at - self.bottom) / (self.top - self.bottom)
+        return colormaps["viridis"](share)[..., :3]
 
 
 def draw_ply(
@@ -65,12 +73,13 @@ def draw_ply(
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
     view: tuple[float, float] = (32.0, -62.0),
-    max_deg: float | None = None,
+    field: str = "shear",
+    top: float | None = None,
     yarns: bool = True,
     smooth: bool = True,
     tools: bool = False,
 ) -> Path:
-    """Draw one ply, coloured by the size of its shear angle; return the file's path.
+    """Draw one ply, coloured by its shear angle or another quantity; return the file's path.
 
     Args:
         run_folder: the run folder, or a USD file like the one in it.
@@ -78,18 +87,20 @@ def draw_ply(
         frame: which frame; negative ones count from the end.
         out: the PNG (or PDF) to write; ``NAME.png`` in the run folder when None.
         view: elevation and azimuth of the eye [deg]. A ply that hangs down is turned over.
-        max_deg: shear angle at the end of the scale [deg]; from the data when None.
+        field: what to colour by, one of `warpdrape.results.quantities.QUANTITIES`.
+        top: value at the end of the scale, in the unit shown; from the data when None.
         yarns: draw some of the yarns as lines.
         smooth: colour by the mean round each vertex; else a flat colour per triangle.
         tools: draw the tools, translucent.
 
-    Raises: InputError for a missing run, an unknown ply, or a frame out of range.
+    Raises: InputError for a missing run, an unknown ply or quantity, or a frame out of range.
     """
-    scene_path = find_scene(run_folder)
-    scene = read_scene(scene_path, [ply] if ply else None, frame)
+    scene_path, quantity = find_scene(run_folder), quantity_named(field)
+    scene = read_scene(scene_path, [ply] if ply else None, frame, quantity)
     middle = scene.plies[len(scene.plies) // 2]
-    out = scene_path.with_name(f"{middle.name}.png") if out is None else Path(out)
-    return _draw(scene, [middle], out, view, _paint([middle], max_deg, smooth, yarns), tools)
+    out = _named(scene_path, middle.name, field) if out is None else Path(out)
+    paint = _paint(quantity, [middle], top, smooth, yarns)
+    return _draw(scene, [middle], out, view, paint, tools)
 
 
 def draw_stack(
@@ -98,7 +109,8 @@ def draw_stack(
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
     view: tuple[float, float] = (32.0, -62.0),
-    max_deg: float | None = None,
+    field: str = "shear",
+    top: float | None = None,
     yarns: bool = True,
     smooth: bool = True,
     tools: bool = False,
@@ -107,11 +119,16 @@ def draw_stack(
 
     Arguments and errors as `draw_ply`; ``out`` is ``stack.png`` in the run folder when None.
     """
-    scene_path = find_scene(run_folder)
-    scene = read_scene(scene_path, None, frame)
-    out = scene_path.with_name("stack.png") if out is None else Path(out)
-    paint = _paint(scene.plies, max_deg, smooth, yarns)
+    scene_path, quantity = find_scene(run_folder), quantity_named(field)
+    scene = read_scene(scene_path, None, frame, quantity)
+    out = _named(scene_path, "stack", field) if out is None else Path(out)
+    paint = _paint(quantity, scene.plies, top, smooth, yarns)
     return _draw(scene, scene.plies, out, view, paint, tools)
+
+
+def _named(scene_path: Path, name: str, field: str) -> Path:
+    """Where a picture goes: shear under the plain name, others with theirs."""
+    return scene_path.with_name(f"{name}.png" if field == "shear" else f"{name}_{field}.png")
 
 
 def _draw(
@@ -127,7 +144,7 @@ def _draw(
     width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
     camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
     images = [_render(ply, surfaces, camera, paint) for ply in plies]
-    figure = _compose(images, plies, _note(scene, paint, camera), paint.top)
+    figure = _compose(images, plies, _note(scene, paint, camera), paint)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out, dpi=_DPI, facecolor="white")
@@ -138,13 +155,13 @@ def _draw(
     return out
 
 
-def _paint(plies: list[PlyView], max_deg: float | None, smooth: bool, yarns: bool) -> _Paint:
-    if max_deg is None:
-        largest = max(float(p.shear_deg.max()) for p in plies)
-        max_deg = max(5.0 * float(np.ceil(largest / 5.0 - 1e-9)), 5.0)
-    return _Paint(
-        positive("max_deg", max_deg, unit="deg"), smooth, _line_spacing(plies[0]) if yarns else 0.0
-    )
+def _paint(
+    quantity: Quantity, plies: list[PlyView], top: float | None, smooth: bool, yarns: bool
+) -> _Paint:
+    bottom, highest = quantity.scale(np.concatenate([ply.values for ply in plies]))
+    if top is not None:
+        highest = positive("top", top, unit=quantity.unit)
+    return _Paint(quantity, bottom, highest, smooth, _line_spacing(plies[0]) if yarns else 0.0)
 
 
 def _note(scene: SceneView, paint: _Paint, camera: Camera) -> str:
@@ -154,6 +171,8 @@ def _note(scene: SceneView, paint: _Paint, camera: Camera) -> str:
         parts.append(f"lines follow the yarns, {1e3 * paint.spacing:g} mm apart on the blank")
     if paint.smooth:
         parts.append("colour averaged at the vertices")
+    if paint.quantity.spiky:
+        parts.append(f"scale up to {paint.quantity.text(paint.top)}")
     if camera.axes[1, 2] < 0.0:
         parts.append("turned over: z points down")
     return " · ".join(parts)
@@ -263,7 +282,7 @@ def _lay_over(
 
 
 def _compose(
-    images: list[NDArray[np.float32]], plies: list[PlyView], note: str, top: float
+    images: list[NDArray[np.float32]], plies: list[PlyView], note: str, paint: _Paint
 ) -> Figure:
     """Set the images in rows, with their captions and one colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -286,20 +305,22 @@ def _compose(
         axes.imshow(image, interpolation="none", aspect="auto")
         axes.set_axis_off()
         text = (left + pad) / WIDTH
-        name_at, shear_at = (top_edge - 30) / height, (top_edge - 74) / height
+        name_at, below = (top_edge - 30) / height, (top_edge - 74) / height
         figure.text(text, name_at, ply.name, size=13, weight="bold", color=_INK, va="top")
-        shear = _shear_text(ply, short=len(plies) > 1)
-        figure.text(text, shear_at, shear, size=9.5, color=_FAINT, va="top")
+        caption = _caption(paint.quantity, ply, short=len(plies) > 1)
+        figure.text(text, below, caption, size=9.5, color=_FAINT, va="top")
     figure.text(2 * pad / WIDTH, 22 / height, note, size=8.5, color=_FAINT)
     long = min(0.7 * tall, 620) / height
     middle = (foot + 0.5 * tall) / height
     bar = figure.add_axes((0.915, middle - 0.5 * long, 0.016, long))
-    scale = figure.colorbar(ScalarMappable(Normalize(0.0, top), "viridis"), cax=bar)
+    scale = figure.colorbar(ScalarMappable(Normalize(paint.bottom, paint.top), "viridis"), cax=bar)
     scale.outline.set_visible(False)
-    scale.ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
-    scale.ax.yaxis.set_major_formatter("{x:.0f}°")
+    degrees = paint.quantity.unit == "°"
+    scale.ax.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=degrees))
+    scale.ax.yaxis.set_major_formatter("{x:.0f}°" if degrees else "{x:g}")
     scale.ax.tick_params(length=0, labelsize=9, colors=_INK, pad=5)
-    scale.ax.set_title("shear angle", size=9, color=_INK, pad=12)
+    unit = "" if degrees else f"\n{paint.quantity.unit}"
+    scale.ax.set_title(paint.quantity.title + unit, size=9, color=_INK, pad=12)
     return figure
 
 
@@ -309,10 +330,7 @@ def _grid(count: int) -> tuple[int, int]:
     return math.ceil(count / rows), rows
 
 
-def _shear_text(ply: PlyView, *, short: bool) -> str:
+def _caption(quantity: Quantity, ply: PlyView, *, short: bool) -> str:
     a, b, c = (ply.rest[ply.triangles[:, k]] for k in range(3))
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    largest, most = ply.shear_deg.max(), area_percentile(ply.shear_deg, areas, 0.95)
-    if short:
-        return f"up to {largest:.1f}°, 95 % below {most:.1f}°"
-    return f"shear angle up to {largest:.1f}°, 95 % of the area below {most:.1f}°"
+    return quantity.caption(ply.values, ply.triangles, areas, short=short)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pxr import Tf, Usd, UsdGeom
 
 from warpdrape.errors import InputError, one_of
+from warpdrape.results.quantities import QUANTITIES, Quantity
 from warpdrape.results.run_folder import SCENE, partial_path
 from warpdrape.results.usd_stage import TIME_ATTRIBUTE
 
@@ -27,7 +28,7 @@ class PlyView:
         triangles: vertex numbers, shape (m, 3).
         warp: unit warp directions, shape (m, 3).
         weft: unit weft directions, shape (m, 3).
-        shear_deg: size of the shear angle [deg], shape (m,).
+        values: of the quantity to show, in its unit, shape (m,) or at vertices (n,).
     """
 
     name: str
@@ -36,7 +37,7 @@ class PlyView:
     triangles: NDArray[np.int64]
     warp: NDArray[np.float64]
     weft: NDArray[np.float64]
-    shear_deg: NDArray[np.float64]
+    values: NDArray[np.float64]
 
 
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -71,15 +72,19 @@ def find_scene(run_folder: str | os.PathLike[str]) -> Path:
     return scene
 
 
-def read_scene(path: Path, names: Sequence[str] | None, frame: int) -> SceneView:
+def read_scene(
+    path: Path, names: Sequence[str] | None, frame: int, quantity: Quantity = QUANTITIES["shear"]
+) -> SceneView:
     """Return the named plies (all when None) and all tools at one frame.
 
     Args:
         path: the USD file.
         names: names of plies.
         frame: which frame; negative ones count from the end.
+        quantity: of the plies.
 
-    Raises: InputError for an unreadable file, an unknown ply, or a frame out of range.
+    Raises: InputError for an unreadable file, an unknown ply, a frame out of range, or a quantity
+        that the run does not have.
     """
     try:
         stage = Usd.Stage.Open(str(path))
@@ -103,13 +108,19 @@ def read_scene(path: Path, names: Sequence[str] | None, frame: int) -> SceneView
     tools = stage.GetPrimAtPath("/World/tools")
     return SceneView(
         time_s=float(recorded.Get(time)) if recorded else float("nan"),
-        plies=[_read_ply(prims[name], time) for name in names or prims],
+        plies=[_read_ply(prims[name], time, quantity) for name in names or prims],
         tools=[_read_tool(prim, time) for prim in (tools.GetChildren() if tools else ())],
     )
 
 
-def _read_ply(prim: Usd.Prim, time: Usd.TimeCode) -> PlyView:
+def _read_ply(prim: Usd.Prim, time: Usd.TimeCode, quantity: Quantity) -> PlyView:
     mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
+    if not primvars.HasPrimvar(quantity.primvar):
+        there = [name for name, q in QUANTITIES.items() if primvars.HasPrimvar(q.primvar)]
+        raise InputError(
+            f"ply {prim.GetName()!r} has no {quantity.title} in this run; it has: "
+            + ", ".join(there)
+        )
 
     def values(name: str) -> NDArray[np.float64]:
         return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
@@ -121,7 +132,7 @@ def _read_ply(prim: Usd.Prim, time: Usd.TimeCode) -> PlyView:
         triangles=np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3),
         warp=values("warp"),
         weft=values("weft"),
-        shear_deg=np.abs(values("shearAngle")),
+        values=quantity.of(values(quantity.primvar)),
     )
 
 
