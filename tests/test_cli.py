@@ -273,3 +273,17 @@ def test_building_a_scene_brings_no_command_line_with_it():
 def test_values_may_have_their_unit(name, text, value):
     settings = find_script("hemisphere").read_settings([f"{name}={text}"])
     assert settings[name] == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("command", [["scenes"], ["scenes", "hemisphere"], ["fabrics"], ["info"]])
+def test_every_command_can_be_quiet(command, capsys):
+    assert run(*command, "-q") == 0
+    assert capsys.readouterr().out == ""
+    assert run(*command) == 0
+    assert capsys.readouterr().out
+
+
+def test_a_quiet_command_still_says_what_is_wrong(capsys):
+    assert run("scenes", "hemispere", "--quiet") == 2
+    said, complaints = capsys.readouterr()
+    assert said == "" and "did you mean 'hemisphere'" in complaints

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NoReturn
 
@@ -60,7 +62,11 @@ def _dispatch(argv: list[str]) -> int:
     if arguments.command is None:
         parser.print_help()
         return DONE
-    return _COMMANDS[arguments.command](arguments)
+    command = _COMMANDS[arguments.command]
+    if arguments.quiet and command is not _run:
+        with redirect_stdout(io.StringIO()):
+            return command(arguments)
+    return command(arguments)
 
 
 def _run(arguments: argparse.Namespace) -> int:

@@ -50,13 +50,16 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.ArgumentParser:
-    return commands.add_parser(
+    command = commands.add_parser(
         name,
         help=words,
         description=f"{words[0].upper()}{words[1:]}.",
         epilog=epilog,
         allow_abbrev=False,
     )
+    quiet = "show no progress" if name == "run" else "print nothing but what is wrong"
+    command.add_argument("-q", "--quiet", action="store_true", help=quiet)
+    return command
 
 
 def _add_run(commands: Any) -> None:
@@ -97,7 +100,6 @@ def _add_run(commands: Any) -> None:
         help="threads of the CPU; if not given, the physical cores for a large model, "
         "one for a small one",
     )
-    run.add_argument("--quiet", action="store_true", help="show no progress")
     run.add_argument("--profile", action="store_true", help="show where the time went")
     run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
 
