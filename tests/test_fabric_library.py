@@ -3,6 +3,7 @@
 import math
 import re
 import warnings
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric import STATUSES, Source
 from warpdrape.materials.fabric_card import card, plot_card
-from warpdrape.materials.fabric_library import fabric_names, load_fabric
+from warpdrape.materials.fabric_library import fabric_names, load_fabric, odd_yarns
 from warpdrape.materials.fabric_units import UNITS, si_factor
 from warpdrape.materials.laws import IsotropicMembrane, NoShear, ShearTable, TabulatedTension
 
@@ -375,3 +376,30 @@ def test_card_plot(tmp_path):
     for name in fabric_names():
         plot_card(load_fabric(name), tmp_path / f"{name}.png")
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", fabric_names())
+def test_the_bundled_yarns_are_plausible(name):
+    assert odd_yarns(load_fabric(name)) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            'value = 46\nunit = "kN"',
+            'value = 46\nunit = "N"',
+            "warp yarns of 0.046 kN, 7.5 per cm, ",
+        ),
+        ('value = 46\nunit = "kN"', 'value = 46000\nunit = "kN"', "warp yarns of 4.6e+04 kN"),
+        ('value = 7.5\nunit = "1/cm"', 'value = 75\nunit = "1/cm"', "75 per cm, are 1.1e+09 m"),
+    ],
+)
+def test_yarns_of_a_wrong_unit_are_warned_about(tmp_path, old, new, words):
+    text = resources.files("warpdrape.fabrics").joinpath("carbon_interlock.toml").read_text("utf-8")
+    assert old in text
+    path = tmp_path / "odd.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.warns(UserWarning, match=re.escape(words)) as caught:
+        load_fabric(path)
+    assert "check the stiffness, the yarns per length" in str(caught[0].message)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -87,6 +88,8 @@ _COMPACTION = {
         "largest_pressure": "pressure",
     },
 }
+SOFTEST_YARN, STIFFEST_YARN = 1e6, 4e8
+"""Stiffness of yarns over their mass per length, E/ρ of their fibres, that is plausible [m²/s²]."""
 _SHEAR_KEYS = {
     "polynomial": {"coefficients": "couple"},
     "table": {"angles": "angle", "couples": "couple"},
@@ -164,7 +167,7 @@ def _fabric(file: Section) -> Fabric:
     bending = _bending(file, values, tension, sources)
     compaction = _compaction(file, values, sources)
     try:
-        return Fabric(
+        fabric = Fabric(
             name=file.text("name"),
             description=file.text("description"),
             doubts=_doubts(file),
@@ -177,6 +180,36 @@ def _fabric(file: Section) -> Fabric:
         )
     except InputError as error:
         file.blame(error)
+    for words in odd_yarns(fabric):
+        warnings.warn(f"{file.file}: {words}", stacklevel=3)
+    return fabric
+
+
+def odd_yarns(fabric: Fabric) -> list[str]:
+    """Yarns far stiffer or softer for their mass than any fibre, in words: a unit is wrong, likely.
+
+    Each family is taken to have half of the fabric's mass.
+
+    Args:
+        fabric: with linear or crimp-interchange yarns; others are not looked at.
+    """
+    law = fabric.tension
+    if isinstance(law, LinearTension):
+        stiffness = (law.warp, law.weft)
+    elif isinstance(law, CrimpInterchange):
+        stiffness = (law.stiffness_warp, law.stiffness_weft)
+    else:
+        return []
+    found = []
+    for name, each, width in zip(("warp", "weft"), stiffness, fabric.yarn_width, strict=True):
+        specific = each / (0.5 * fabric.areal_density * width)
+        if not SOFTEST_YARN <= specific <= STIFFEST_YARN:
+            found.append(
+                f"{name} yarns of {1e-3 * each:.4g} kN, {0.01 / width:.4g} per cm, are "
+                f"{specific:.2g} m²/s² stiff for their mass (carbon 1.3e8, glass 3e7): check the "
+                "stiffness, the yarns per length, the areal density and their units"
+            )
+    return found
 
 
 def _doubts(file: Section) -> tuple[str, ...]:
