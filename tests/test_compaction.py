@@ -89,15 +89,18 @@ def test_a_fabric_of_another_thickness_is_refused():
 @pytest.mark.parametrize("faces", [1, 2])
 def test_samples_tell_the_law_and_its_energy(faces):
     found = law()
-    spacing, pressures, stiffest = sample([found] * faces, 1e15)
+    found_sampled = sample([found] * faces, np.inf)
+    spacing, pressures = found_sampled.spacing, found_sampled.pressures
     depth = spacing * np.arange(SAMPLES)
     closed = 2.0 * depth / faces  # of the ply
     np.testing.assert_allclose(
         pressures, found.pressure(THICKNESS - closed), rtol=1e-3, atol=1e-3 * pressures[-1]
     )
-    assert stiffest == 1e15
-    _, limited, _ = sample([found] * faces, 1e8)
-    assert np.diff(limited).max() <= 1e8 * spacing * (1.0 + 1e-12)
+    energy = float((0.5 * (pressures[1:] + pressures[:-1])).sum() * spacing)
+    assert found_sampled.energies[-1] == pytest.approx(energy)
+    limited = sample([found] * faces, 1e8)
+    assert limited.steepest == 1e8
+    assert np.diff(limited.pressures).max() <= 1e8 * spacing * (1.0 + 1e-12)
 
 
 def scene(motion, *, count=1, fabric=None, duration=0.02, edge=8):
@@ -150,6 +153,48 @@ def test_a_plate_of_a_force_comes_to_rest_at_its_thickness():
     assert max(closed, shown) == pytest.approx(THICKNESS - float(law().thickness_at(5e4)), rel=0.02)
 
 
+@pytest.mark.parametrize("step", [2.5e-6, 1e-5])
+def test_added_mass_does_not_soften_the_law(step):
+    slow = scene(closing(4.9e-4))
+    numerics = replace(slow.numerics, minimum_time_step=step)
+    summary = replace(slow, numerics=numerics).run(frames=4).summary
+    expected = float(law().pressure(4.9e-4)) * SIDE**2
+    assert summary["tools"][1]["force_n"] == pytest.approx(expected, rel=0.05)
+    assert not any("too softly" in words for words in summary["warnings"])
+
+
+def test_a_law_too_hard_for_the_step_is_said_to_be():
+    slow = scene(closing(4.9e-4))
+    numerics = replace(slow.numerics, minimum_time_step=1e-5, mass_scaling="selective")
+    summary = replace(slow, numerics=numerics).run(frames=4).summary
+    assert summary["tools"][1]["force_n"] < 0.5 * float(law().pressure(4.9e-4)) * SIDE**2
+    assert any("ply 'ply_0': its compaction law rises more" in w for w in summary["warnings"])
+
+
+def test_meshes_of_other_sizes_bear_the_law_too():
+    soft = Compaction(thicknesses=(6e-4, 5e-4, 3e-4), pressures=(0.0, 1e4, 3e4))
+    coarse = Ply.rectangle("coarse", cloth(soft), SIDE, cells=4, mesh="grid")
+    fine = Ply.rectangle("fine", cloth(soft), SIDE, cells=8, mesh="grid")
+    two = replace(scene(closing(4e-4, 2), count=2), plies=lay_up([coarse, fine]))
+    force = two.run(frames=4).summary["tools"][1]["force_n"]
+    assert force == pytest.approx(float(soft.pressure(4e-4)) * SIDE**2, rel=0.1)
+
+
+def test_a_stack_pressed_within_its_law_has_not_passed():
+    soft = Compaction(thicknesses=(6e-4, 4e-4, 2e-4), pressures=(0.0, 1e4, 1e5))
+    summary = scene(closing(2.5e-4, 2), count=2, fabric=cloth(soft)).run(frames=4).summary
+    assert summary["max_penetration_m"] > 0.3e-3
+    assert not any("may have passed" in words for words in summary["warnings"])
+
+
+def test_beyond_the_last_point_plates_feel_the_last_slope():
+    found = Compaction(thicknesses=(6e-4, 5e-4, 4e-4), pressures=(0.0, 1e4, 4e4))
+    result = scene(closing(3.7e-4), fabric=cloth(found)).run(frames=4)
+    expected = float(found.pressure(3.7e-4)) * SIDE**2
+    assert result.summary["tools"][1]["force_n"] == pytest.approx(expected, rel=0.02)
+    np.testing.assert_allclose(found.pressure(found.thickness_at([5e4, 9e4])), [5e4, 9e4])
+
+
 def test_no_more_than_the_penalty_however_hard_the_law():
     hard = Compaction(thicknesses=(6e-4, 5.999e-4, 5.998e-4), pressures=(0.0, 1e9, 3e9))
     result = scene(closing(5.99e-4), fabric=cloth(hard)).run(frames=4)
@@ -177,7 +222,7 @@ def test_each_face_and_pair_of_faces_has_its_law():
         ]
     )
     model = build_model(Scene(name="s", plies=plies, duration=1e-3), "cpu", 1)
-    pads = build_pads(model.scene, model.timing, "cpu")
+    pads = build_pads(model.scene, model.spans, model.timing, model.mass, "cpu")
     assert pads.of_tools[0] > 0 and pads.of_tools[1:] == (0, 0)
     assert pads.of_plies[0, 0] != pads.of_plies[0, 1] == pads.of_plies[1, 0] > 0
     assert pads.of_plies[1, 2] == 0

@@ -211,6 +211,9 @@ class Recorder:
         self._measured: tuple[Measured, ...] = ()
         self._grown, self._loose = 0.0, ()
         self._squeeze, self._squeezed_words = None, ""
+        laws = [ply.fabric.compaction for ply in model.scene.plies]
+        counts = [span.vertex_count for span in model.spans]
+        self._rooms = np.repeat([law.room if law else 0.0 for law in laws], counts)
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -307,29 +310,26 @@ class Recorder:
     def _note_squeeze(self, state: State, now: float) -> None:
         """Keep the deepest squeeze of the run, in words."""
         model = self._model
-        found = worst_squeeze(model.interactions, state)
+        found = worst_squeeze(model.interactions, state, self._rooms)
         least = SQUEEZED if self._squeeze is None else self._squeeze.share
         if found is None or not least < found.share:
             return
         law = ply_of(model, found.vertex).fabric.compaction
-        if law is not None and found.depth < law.thickness - law.thinnest:
-            return
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self._squeeze = found
-        depth, least = found.depth, f"its thickness of {1e3 * found.thickness:.3g} mm"
+        least = f"its thickness of {1e3 * found.thickness:.3g} mm"
         why = (
             "that of the contact's numerical stiffness; leave the ply its thickness between them, "
             "or give its fabric a compaction law"
         )
         if law is not None:
-            depth -= law.thickness - law.thinnest
             least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
             why = "extrapolated; measure to higher pressures, or leave the ply more room"
         self._squeezed_words = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
-            f"{1e3 * depth:.3g} mm below {least} at {1e3 * now:.4g} ms, ({x:.4g}, {y:.4g}) mm: "
-            f"their force there is {why}"
+            f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
+            f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
         )
 
     def _refuse_passage(self, state: State, now: float) -> None:
@@ -337,16 +337,16 @@ class Recorder:
         found = self._passages.deepest(state)
         if found is None:
             return
+        scene, before = self._model.scene, ""
         if self._squeeze is not None and found.tool in self._squeeze.tools:
-            raise RunFailed(self._squeezed_words)  # that is why it passed
-        scene = self._model.scene
+            before = f"; before that, {self._squeezed_words}"
         ply, tool = scene.plies[found.ply], scene.tools[found.tool]
         x, y = 1e3 * ply.rest_points[ply.mesh.triangles[found.triangle]].mean(axis=0)[:2]
         raise RunFailed(
             f"tool {tool.name!r} passed through ply {ply.name!r} by {1e3 * now:.4g} ms: it reaches "
             f"{1e3 * found.depth:.3g} mm or more beyond triangle {found.triangle}, at ({x:.4g}, "
             f"{y:.4g}) mm of the flat ply, whose sides are {1e3 * found.side:.3g} mm long: refine "
-            "the ply there, or slow the tool down"
+            f"the ply there, or slow the tool down{before}"
         )
 
     def finish(self, failure: str) -> Result:

@@ -29,14 +29,15 @@ class CompactionLaws:
     """Pressure and energy per area against depth, of plies that can be compacted, sampled evenly.
 
     A law is that of one face of a ply, which gives way by half of what the ply does, or of the two
-    faces of plies on each other. Nowhere is it steeper than the penalty that the step allows for.
+    faces of plies on each other. It is no steeper than the penalty that the step allows for.
     """
 
     pressures: wp.array(dtype=wp.float64)  # Pa, shape [law · samples]
     energies: wp.array(dtype=wp.float64)  # J/m², likewise
     samples: wp.int32  # of each law
     spacing: wp.array(dtype=wp.float64)  # of its depths [m], shape [law]
-    steepest: wp.array(dtype=wp.float64)  # slope beyond its last sample, the largest [Pa/m], [law]
+    beyond: wp.array(dtype=wp.float64)  # slope beyond its last sample [Pa/m], shape [law]
+    steepest: wp.array(dtype=wp.float64)  # largest slope [Pa/m], shape [law]
 
 
 @wp.struct
@@ -55,7 +56,7 @@ def compacted(laws: CompactionLaws, number: int, depth: wp.float64) -> wp.vec3d:
     spacing = laws.spacing[number]
     k = int(wp.min(depth / spacing, wp.float64(last)))
     beyond = depth - wp.float64(k) * spacing
-    slope = laws.steepest[number]
+    slope = laws.beyond[number]
     if k < last:
         slope = (laws.pressures[first + k + 1] - laws.pressures[first + k]) / spacing
     pressure = laws.pressures[first + k]
@@ -66,7 +67,7 @@ def compacted(laws: CompactionLaws, number: int, depth: wp.float64) -> wp.vec3d:
 
 @wp.func
 def padded_area(law: ContactLaw, mass: wp.float64, laws: CompactionLaws, pad: Pad) -> wp.float64:
-    """Area [m²] that a pad's law acts on: no more than keeps it as soft as the penalty."""
+    """Area [m²] that a pad's law acts on: less where a light vertex could not bear its slope."""
     return wp.min(pad.area, law.stiffness * mass / laws.steepest[pad.law - 1])
 
 

@@ -23,7 +23,7 @@ class Squeeze:
     Attributes:
         vertex: its number in the model.
         tools: numbers of the tools.
-        depth: by how much they are too close [m].
+        depth: by how much they are too close, beyond what the ply's compaction law holds [m].
         thickness: of the ply [m].
     """
 
@@ -38,15 +38,18 @@ class Squeeze:
         return self.depth / self.thickness
 
 
-def worst_squeeze(interactions: Sequence[Interaction], state: State) -> Squeeze | None:
+def worst_squeeze(
+    interactions: Sequence[Interaction], state: State, rooms: np.ndarray
+) -> Squeeze | None:
     """The deepest squeeze of now over the thickness of its ply; None where there is none.
 
     Args:
         interactions: forces and contacts of the model.
         state: its state.
+        rooms: by how much vertices' plies can be compacted [m], shape [vertex].
     """
     both = list(zip(interactions, state.memory, strict=True))
-    held = [_Held(state, *each) for each in both if isinstance(each[0], ToolContact)]
+    held = [_Held(state, rooms, *each) for each in both if isinstance(each[0], ToolContact)]
     found = [_between_vertices(tools) for tools in held]
     found += [
         _at_features(tools, *each)
@@ -60,7 +63,9 @@ def worst_squeeze(interactions: Sequence[Interaction], state: State) -> Squeeze 
 class _Held:
     """Vertices that tools hold now: which they press, shape [tool, vertex], how deep, which way."""
 
-    def __init__(self, state: State, contact: ToolContact, memory: ToolMemory) -> None:
+    def __init__(
+        self, state: State, rooms: np.ndarray, contact: ToolContact, memory: ToolMemory
+    ) -> None:
         count, x = len(contact.meshes), state.plies.x.numpy()
         planes = memory.planes.numpy().reshape(count, -1)
         at = x[None] - state.tools.shift.numpy()[:, None]
@@ -68,6 +73,7 @@ class _Held:
         self.depth = np.maximum(planes["level"] - (self.normals * at).sum(axis=2), 0.0)
         self.pressed = (memory.holds.numpy()["stored"] > 0.0).reshape(count, -1)
         self.thickness = 2.0 * contact.offset.numpy()
+        self.rooms = rooms
 
 
 def _between_vertices(held: _Held) -> Squeeze | None:
@@ -78,7 +84,7 @@ def _between_vertices(held: _Held) -> Squeeze | None:
             if not len(at):
                 continue
             against = (held.normals[one, at] * held.normals[other, at]).sum(axis=1) < OPPOSED
-            depth = held.depth[one, at] + held.depth[other, at]
+            depth = held.depth[one, at] + held.depth[other, at] - held.rooms[at]
             share = np.where(against, depth / held.thickness[at], 0.0)
             k = int(np.argmax(share))
             if share[k] > worst:
@@ -102,7 +108,7 @@ def _at_features(
             # The feature's own normal, towards the ply, is the contact's turned round.
             against = (held.normals[other, vertex] * kept["normal"]).sum(axis=1) > -OPPOSED
             against &= held.pressed[other, vertex] & (own != other)
-            depth = np.maximum(-gap, 0.0) + held.depth[other, vertex]
+            depth = np.maximum(-gap, 0.0) + held.depth[other, vertex] - held.rooms[vertex]
             share = np.where(against, depth / held.thickness[vertex], 0.0)
             k = int(np.argmax(share)) if len(share) else -1
             if k >= 0 and share[k] > worst:

@@ -43,7 +43,7 @@ def build_contacts(
     others = len(scene.plies) > 1 or has_features(scene)
     if others or any(map(scene.touches_itself, scene.plies)):
         surfaces = ply_surfaces.build(scene, spans, device, shapes=others)
-    pads = build_pads(scene, timing, device)
+    pads = build_pads(scene, spans, timing, mass, device)
     needed = (scene, spans, timing, mass, surfaces, pads, device)
     built = (contact.build(*needed) for contact in CONTACTS)
     return tuple(thing for thing in (surfaces, *built) if thing is not None)

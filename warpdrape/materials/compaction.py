@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -106,6 +107,25 @@ class Compaction:
         """Least thickness that the points hold [m]."""
         return float(self.thicknesses[-1])
 
+    @property
+    def room(self) -> float:
+        """By how much it can be compacted within the points [m]."""
+        return self.thickness - self.thinnest
+
+    @cached_property
+    def _curve(self) -> PchipInterpolator:
+        """Pressure over what the ply has been closed by."""
+        return PchipInterpolator(self.thicknesses[0] - self.thicknesses, self.pressures)
+
+    @cached_property
+    def last_slope(self) -> float:
+        """Slope with which the pressure goes on beyond the last point [Pa/m]."""
+        last = float(self._curve.derivative()(self.room))
+        secant = (self.pressures[-1] - self.pressures[-2]) / (
+            self.thicknesses[-2] - self.thicknesses[-1]
+        )
+        return last if last > 0.0 else float(secant)
+
     def pressure(self, thickness: np.ndarray | float) -> np.ndarray:
         """Pressure at a thickness [Pa]; zero above the first one.
 
@@ -113,16 +133,16 @@ class Compaction:
             thickness: of the ply [m], any shape.
         """
         closed = self.thicknesses[0] - np.asarray(thickness, dtype=float)
-        curve = PchipInterpolator(self.thicknesses[0] - self.thicknesses, self.pressures)
         last = float(self.thicknesses[0] - self.thicknesses[-1])
-        inside = curve(np.clip(closed, 0.0, last))
-        return inside + float(curve.derivative()(last)) * np.maximum(closed - last, 0.0)
+        inside = self._curve(np.clip(closed, 0.0, last))
+        return inside + self.last_slope * np.maximum(closed - last, 0.0)
 
     def thickness_at(self, pressure: np.ndarray | float) -> np.ndarray:
-        """Thickness under a pressure within the points [m]; the inverse of `pressure`.
+        """Thickness under a pressure [m]; the inverse of `pressure`.
 
         Args:
-            pressure: from 0 to the last one [Pa], any shape.
+            pressure: from 0 on [Pa], any shape.
         """
         fine = np.linspace(self.thicknesses[0], self.thicknesses[-1], 50 * len(self.thicknesses))
-        return np.interp(pressure, self.pressure(fine), fine)
+        inside = np.interp(pressure, self.pressure(fine), fine)
+        return inside - np.maximum(pressure - self.pressures[-1], 0.0) / self.last_slope

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
+from warpdrape.contact.compaction import too_hard
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
@@ -80,7 +81,12 @@ def summarise(
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = met_in_contact(measured)
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
-    if deepest > PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies):
+    least = PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies)
+    if any(
+        entry["max_penetration_m"] - _compacted(model, entry) > least
+        for found in contacts.values()
+        for entry in found
+    ):
         warnings.append(
             f"things pressed {1e3 * deepest:.3g} mm into each other and may have passed: "
             "lower the forces or the speed, refine the plies, or raise contact_share"
@@ -92,6 +98,7 @@ def summarise(
         of_forces.update(entries)
         warnings += complaints
     warnings += loading.warnings()
+    warnings += too_hard(model.scene, model.spans, model.timing, model.masses.mass)
     for ply, formed in zip(model.scene.plies, plies, strict=True):
         warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
     return {
@@ -124,6 +131,19 @@ def summarise(
         "self_contact": contacts.get("self_contact", []),
         "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
     }
+
+
+def _compacted(model: Model, entry: Mapping[str, Any]) -> float:
+    """Depth of a contact that the laws of its plies allow [m]."""
+    rooms = {
+        ply.name: 0.5 * ply.fabric.compaction.room if ply.fabric.compaction else 0.0
+        for ply in model.scene.plies
+    }
+    if "on" in entry:
+        return rooms[entry["vertices_of"]] + rooms[entry["on"]]
+    if "ply" in entry:
+        return 2.0 * rooms[entry["ply"]]
+    return max(rooms.values())
 
 
 def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[str]) -> list[str]:
