@@ -8,6 +8,8 @@ import pytest
 from interaction_checks import of_kind
 
 from warpdrape import Float, InputError, Ply, Scene, Tool
+from warpdrape.blanks.meshing import mesh_outline
+from warpdrape.blanks.outlines import Polygon
 from warpdrape.contact.law import step_share
 from warpdrape.contact.self_contact import SelfContact
 from warpdrape.dynamics import energy, stepping
@@ -350,3 +352,24 @@ def test_exact_contact_asks_everywhere(device):
     model, state = placed(ply, ply.rest_points, device, numerics=numerics)
     stepping.search_contacts(model, state, asking=True)
     assert folded_patches(model, state).all()
+
+
+def test_the_lips_of_a_notch_touch_without_a_bend(device):
+    notch = [(0.01, 0.1), (0.0, 0.0), (-0.01, 0.1)]
+    outline = Polygon([(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), *notch, (-0.1, 0.1)])
+    ply = Ply(
+        name="strip",
+        fabric=with_bending("carbon_interlock", 1e-5),
+        mesh=mesh_outline(outline, edge=5e-3, pattern="random"),
+    )
+    x = ply.rest_points.copy()
+    right = (x[:, 0] > 0.0) & (x[:, 1] > 0.0)
+    x[right, 0] -= 0.2 * x[right, 1]  # the right lip moves over the left one
+    x[right, 2] += 1.05 * THICKNESS * np.minimum(x[right, 1] / 0.03, 1.0)
+    model, state = placed(ply, x, device)
+    stepping.search_contacts(model, state, asking=True)
+    over = right & (ply.rest_points[:, 1] > 0.07) & (x[:, 0] < -0.006) & (x[:, 1] < 0.095)
+    assert over.sum() > 3
+    gaps = found(model, state)[:, over].min(axis=0)
+    np.testing.assert_allclose(gaps, 0.05 * THICKNESS, atol=1e-6)
+    assert folded_patches(model, state).sum() < 0.6 * len(folded_patches(model, state))

@@ -2,7 +2,8 @@
 
 Two patches that do not lie beside each other may touch where their boxes come near. Two that do, or
 one in itself, where their triangles' normals turn by so much that the ply may come back on itself.
-Elsewhere no vertex need be held against its own ply.
+Elsewhere no vertex need be held against its own ply. At holes, notches and slots vertices always
+are: their lips may lie on each other without a bend.
 """
 
 import warp as wp
@@ -22,6 +23,7 @@ class Patches:
     triangles: wp.array(dtype=wp.int32)  # numbers of the triangles, shape [triangle]
     column: wp.array(dtype=wp.int32)  # of the grid on the flat ply, shape [patch]
     row: wp.array(dtype=wp.int32)  # likewise
+    gaping: wp.array(dtype=wp.int32)  # 1 at borders whose lips may lie on each other, [patch]
     of_vertex: wp.array(dtype=wp.int32)  # patch of each vertex, shape [vertex]
     low: wp.array(dtype=wp.vec3d)  # corner of the box now [m], shape [patch]
     high: wp.array(dtype=wp.vec3d)  # the opposite one [m], likewise
@@ -100,7 +102,7 @@ def mark_folds(
         folded: 1 if it may, shape [patch]; overwritten.
     """
     p = first_patch + wp.tid()
-    found = wp.int32(0)
+    found = patches.gaping[p]
     for q in range(first_patch, first_patch + count):
         if found == 0 and may_touch(patches, p, q, margin):
             found = 1

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import warp as wp
+from scipy.spatial import ConvexHull
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.interaction import Run, Span
@@ -14,6 +15,8 @@ from warpdrape.kernels.contact.folds import Patches
 
 TRIANGLES = 50
 """Triangles of a patch, about."""
+ON_HULL = 1e-3
+"""Distance from a blank's convex hull, over its size, up to which a border lies on it [-]."""
 ABREAST = 16
 """Patches across a ply at most: each is held against each."""
 
@@ -31,7 +34,7 @@ def cut_into_patches(
     Returns:
         The patches, and which are of each ply.
     """
-    runs, cells, of_triangle, of_vertex = [], [], [], []
+    runs, cells, gaping, of_triangle, of_vertex = [], [], [], [], []
     count = 0
     for ply, span in zip(plies, spans, strict=True):
         cell = _cells(ply)
@@ -40,6 +43,9 @@ def cut_into_patches(
         runs.append(Run(count, len(used)))
         count += len(used)
         cells.append(used)
+        lips = used[np.unique(number[_at_lips(ply)] - runs[-1].first)]
+        beside = np.abs(used[:, None] - lips[None]).max(axis=2, initial=0) <= 1
+        gaping.append(beside.any(axis=1))
         of_triangle.append(number)
         of_its = np.zeros(span.vertex_count, dtype=int)
         for corner in ply.mesh.triangles.T:
@@ -55,12 +61,29 @@ def cut_into_patches(
     patches.first = integers(np.r_[0, np.cumsum(np.bincount(owner, minlength=count))])
     patches.triangles = integers(np.argsort(owner, kind="stable"))
     patches.column, patches.row = integers(column), integers(row)
+    patches.gaping = integers(np.concatenate(gaping))
     patches.of_vertex = integers(np.concatenate(of_vertex))
     patches.low, patches.high, patches.normal = (
         wp.zeros(count, dtype=wp.vec3d, device=device) for _ in range(3)
     )
     patches.spread = wp.zeros(count, dtype=wp.float64, device=device)
     return patches, tuple(runs)
+
+
+def _at_lips(ply: Ply) -> np.ndarray:
+    """Triangles at borders that are not the blank's convex hull: holes, notches, darts, slots.
+
+    Lips of such a border can lie on each other without a bend between them.
+    """
+    mesh = ply.mesh
+    hull = ConvexHull(mesh.vertices[:, :2]).equations
+    ends = mesh.boundary_edges
+    middle = mesh.vertices[ends, :2].mean(axis=1)
+    within = -(middle @ hull[:, :2].T + hull[:, 2]).max(axis=1)
+    size = float(np.ptp(mesh.vertices[:, :2], axis=0).max())
+    lips = np.zeros(len(mesh.vertices), dtype=bool)
+    lips[ends[within > ON_HULL * size]] = True
+    return np.flatnonzero(lips[mesh.triangles].any(axis=1))
 
 
 def _cells(ply: Ply) -> np.ndarray:
