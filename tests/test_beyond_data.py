@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from law_checks import crimp_table
 
-from warpdrape import BendingCurve, Ply
+from warpdrape import BendingCurve, Compaction, Ply
 from warpdrape.materials.fabric_card import card
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.materials.laws import ShearTable
@@ -82,3 +82,15 @@ def test_a_run_says_it_and_the_card_marks_it():
         (line,) = (line for line in lines if f"shear force at {angle}°" in line)
         assert line.endswith("extrapolated")
     assert math.isclose(cloth.shear.angles[-1], math.radians(20.0))
+
+
+def test_pressure_beyond_a_compaction_law():
+    law = Compaction(thicknesses=(6e-4, 5e-4, 4e-4), pressures=(0.0, 1e4, 1e5))
+    ply = Ply.rectangle("ply", replace(CLOTH, compaction=law), 0.1, cells=4)
+    pressure = np.zeros(len(ply.mesh.vertices))
+    pressure[:3] = 2e5
+    (found,) = beyond_data(ply, replace(formed(ply), tool_pressure=pressure))
+    assert "tool pressure comes to 200 kPa, beyond the last of its fabric's data, 100 kPa, on" in (
+        found.words("ply")
+    )
+    assert beyond_data(ply, replace(formed(ply), contact_pressure=0.4 * pressure)) == []

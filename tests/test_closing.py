@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from warpdrape import Compaction, Float, Ply, Scene, Stroke, Tool, lay_up
+from warpdrape.contact import closing
 from warpdrape.contact.closing import closing_tools
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.scenes import circular_table, hemisphere, stacked_hemisphere, three_ply_hemisphere
@@ -75,3 +77,24 @@ def test_it_is_said_before_the_first_step(capfd):
     said = capfd.readouterr().err
     assert said.startswith("warning: tools ")
     assert said.index("between them at 10 ms") < said.index(" steps of ")
+
+
+@pytest.mark.parametrize("deep", [7e-3, 15e-3, 20e-3, 28e-3])
+def test_tools_that_pass_each_other_fast_are_seen(deep):
+    start = THICKNESS + 5e-3
+    stroke = Stroke(travel=(0.0, 0.0, -start - deep), duration=0.02)
+    (found,) = closing_tools(plates(0.0, motion=stroke))
+    assert found.gap < 0.0 and "leave no room" in str(found)
+
+
+def test_slivers_of_a_large_tool_cost_no_more(monkeypatch):
+    spread = []
+    old = closing._spread
+    monkeypatch.setattr(closing, "_spread", lambda *a: spread.append(old(*a)) or spread[-1])
+    bar = trimesh.creation.cylinder(0.02, 0.5, sections=360)
+    bar.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (0.0, 1.0, 0.0)))
+    scene = plates(2e-4)
+    tool = Tool.from_mesh("bar", bar, motion=Stroke(travel=(0, 0, -0.05), duration=0.01))
+    tools = [scene.tools[0], tool.moved((0.0, 0.0, 0.075))]
+    assert len(closing_tools(replace(scene, tools=tools))) <= 1
+    assert max(len(points) for points, _ in spread) < 30_000

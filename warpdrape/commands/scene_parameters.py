@@ -82,7 +82,7 @@ class Parameter:
         Raises:
             InputError: if the unit is none of the parameter's.
         """
-        found = _WITH_UNIT.fullmatch(text.strip())
+        found = _WITH_UNIT.fullmatch(text.strip().replace("μ", "µ"))
         number = _number(float, found[1]) if found else None
         if number is None:
             return None

@@ -18,8 +18,8 @@ from warpdrape.tools.tool import Tool
 
 LOOKS = 24
 """Instants of a run at which tools are held against each other."""
-ACROSS, MOST = 32, 200
-"""Points of a tool across the plies, but no more than so many across a large tool."""
+ACROSS, MOST = 40, 20_000
+"""Points of a tool across the plies, about, and at most in all, corners of facets besides."""
 TOO_LITTLE = 0.95
 """Room over thickness below which it is said; facets of curved tools cut a little off it [-]."""
 
@@ -76,10 +76,14 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
     """The narrowest place from points of one tool to the surface of another."""
     boxes = [(ply.rest_points.min(axis=0), ply.rest_points.max(axis=0)) for ply in plies]
     thickness = [_thinnest(ply) for ply in plies]
-    reach = sum(thickness)
-    width = max(float((high - low).max()) for low, high in boxes)
-    size = float(np.ptp(one.vertices, axis=0).max())
-    points, normals = _spread(one, max(width / ACROSS, size / MOST))
+    way, base = one.motion.displacement(times), other.motion.displacement(times)
+    # So far that tools which pass each other are seen at one instant at least.
+    reach = sum(thickness) + float(np.linalg.norm(np.diff(way - base, axis=0), axis=1).max())
+    low = np.min([low for low, _ in boxes], axis=0) - way.max(axis=0)
+    high = np.max([high for _, high in boxes], axis=0) - way.min(axis=0)
+    points, normals = _spread(one, low[:2], high[:2])
+    if not len(points):
+        return None
     mesh = wp.Mesh(
         wp.array(other.vertices, dtype=wp.vec3f, device="cpu"),
         wp.array(np.ravel(other.triangles), dtype=wp.int32, device="cpu"),
@@ -87,17 +91,15 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
     gaps = wp.zeros(len(points), dtype=wp.float32, device="cpu")
     inputs = [wp.array(a, dtype=wp.vec3f, device="cpu") for a in (points, normals)]
     worst = None
-    for time, way, base in zip(
-        times, one.motion.displacement(times), other.motion.displacement(times), strict=True
-    ):
+    for time, moved, ground in zip(times, way, base, strict=True):
         wp.launch(
             find_gaps,
             len(points),
-            inputs=[*inputs, mesh.id, wp.vec3f(*(way - base)), reach],
+            inputs=[*inputs, mesh.id, wp.vec3f(*(moved - ground)), reach],
             outputs=[gaps],
             device="cpu",
         )
-        at = points + way
+        at = points + moved
         room = np.zeros(len(points))
         for (low, high), thin in zip(boxes, thickness, strict=True):
             over = (at[:, :2] >= low[:2]) & (at[:, :2] <= high[:2])
@@ -116,11 +118,27 @@ def _thinnest(ply: Ply) -> float:
     return ply.fabric.thickness if law is None else law.thinnest
 
 
-def _spread(tool: Tool, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points on a tool, at most so far apart [m], and the outward normals there."""
-    vertices, triangles = trimesh.remesh.subdivide_to_size(
-        tool.vertices, tool.triangles, spacing, max_iter=20
-    )
-    corners = vertices[triangles]
+def _spread(tool: Tool, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points on what of a tool comes over the plies, and the outward normals there.
+
+    Corners of its large facets, and more over the area of all, the same in every run.
+
+    Args:
+        tool: the tool.
+        low: corner of the box of the plies, seen from above, as the tool moves over it [m].
+        high: the opposite one.
+    """
+    corners = tool.vertices[tool.triangles]
+    over = (corners.min(axis=1)[:, :2] <= high) & (corners.max(axis=1)[:, :2] >= low)
+    corners = corners[over.all(axis=1)]
     normals, good = trimesh.triangles.normals(corners)
-    return corners[good].mean(axis=1), normals
+    corners = corners[good]
+    if not len(corners):
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    sheet = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    spacing_sq = float((high - low).prod()) / ACROSS**2
+    count = min(int(sheet.area / spacing_sq) + 1, MOST)
+    spread, facet = trimesh.sample.sample_surface(sheet, count, seed=0)
+    large = np.flatnonzero(sheet.area_faces > spacing_sq)  # whose corners lie far from others
+    points = np.concatenate([corners[large].reshape(-1, 3), np.asarray(spread)])
+    return points, np.concatenate([np.repeat(normals[large], 3, axis=0), normals[facet]])

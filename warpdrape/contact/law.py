@@ -11,8 +11,9 @@ from warpdrape.setup import Setup
 
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
-each pair of masses counted at both ends. Features of tools, which share the masses of the triangles
-that they meet, make one more."""
+each pair of masses counted at both ends; a side is touched by other plies or by the ply itself,
+hardly by both at once. Features of tools, which share the masses of the triangles that they meet,
+make one more."""
 
 
 def contact_law(scene: Setup, time_step: float) -> ContactLaw:

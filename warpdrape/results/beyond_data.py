@@ -72,6 +72,13 @@ def _ranges(
         for family, name in enumerate(("warp", "weft")):
             last = float(getattr(fabric.tension, f"strain_{name}")[-1])
             yield f"{name} strain", formed.strain[:, family], last, "", areas
+    if fabric.compaction is not None:
+        even = np.full(len(formed.points), 1.0 / len(formed.points))
+        last = 1e-3 * float(fabric.compaction.pressures[-1])
+        for name in ("contact", "tool"):
+            pressure = getattr(formed, f"{name}_pressure")
+            if pressure is not None:
+                yield f"{name} pressure", 1e-3 * pressure, last, "kPa", even
     if isinstance(fabric.bending, BendingCurve) and formed.curvature is not None:
         even = np.full(len(formed.points), 1.0 / len(formed.points))
         for family, name in enumerate(("warp", "weft")):
