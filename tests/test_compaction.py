@@ -153,6 +153,18 @@ def test_a_plate_of_a_force_comes_to_rest_at_its_thickness():
     assert max(closed, shown) == pytest.approx(THICKNESS - float(law().thickness_at(5e4)), rel=0.02)
 
 
+def test_a_fast_press_feels_little_of_the_dashpot():
+    way = THICKNESS - 4.9e-4 + START
+    down = Stroke(travel=(0.0, 0.0, -way), duration=0.004)
+    history = scene(down, duration=0.0044).run(frames=44).history
+    at = np.abs(history["top_displacement_m"])
+    thickness = THICKNESS + START - 0.5 * (at[1:] + at[:-1])  # forces are means over frames
+    exact, closing_fast = law().pressure(thickness) * SIDE**2, slice(16, 40)
+    np.testing.assert_allclose(
+        history["top_force_n"][1:][closing_fast], exact[closing_fast], rtol=0.03
+    )
+
+
 @pytest.mark.parametrize("step", [2.5e-6, 1e-5])
 def test_added_mass_does_not_soften_the_law(step):
     slow = scene(closing(4.9e-4))
