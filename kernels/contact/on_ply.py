@@ -30,6 +30,19 @@ class PlyContact:
 
 
 @wp.struct
+class Slots:
+    """What contacts of points with plies remember from step to step; each has shape [slot]."""
+
+    contacts: wp.array(dtype=PlyContact)
+    springs: wp.array(dtype=wp.vec3d)  # stick springs [m]
+    dashpots: wp.array(dtype=wp.float64)  # their forces [N]
+    stored: wp.array(dtype=wp.float64)  # energy of normal and stick springs after the last step [J]
+    forces: wp.array(dtype=wp.float64)  # normal forces [N]
+    slip: wp.array(dtype=wp.float64)  # way slid so far [m]
+    spent: wp.array(dtype=wp.float64)  # lost since it came near, less what was taken back [J]
+
+
+@wp.struct
 class PlyMemory:
     """What the search of a point for a ply remembers; zero at first."""
 
@@ -169,15 +182,9 @@ def press_on_ply(
     slot: int,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
-    contacts: wp.array(dtype=PlyContact),
-    springs: wp.array(dtype=wp.vec3d),
-    dashpots: wp.array(dtype=wp.float64),
+    slots: Slots,
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
-    stored: wp.array(dtype=wp.float64),
-    pressing: wp.array(dtype=wp.float64),
-    slip: wp.array(dtype=wp.float64),
-    spent: wp.array(dtype=wp.float64),
 ):
     """Add the forces between vertex i and the triangle that its slot touches.
 
@@ -188,33 +195,28 @@ def press_on_ply(
         slot: its slot.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
-        contacts: shape [slot].
-        springs: stick springs [m], shape [slot]; updated.
-        dashpots: dashpot forces [N], shape [slot]; overwritten.
+        slots: memory of the contacts; updated.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        stored: energy of the contact springs [J], shape [slot]; overwritten.
-        pressing: normal force [N], shape [slot]; overwritten.
-        slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
-    if contacts[slot].near == 0:
-        if stored[slot] > wp.float64(0.0):  # slid over a ply's edge
-            lost[i] += wp.vec3d(stored[slot], wp.float64(0.0), wp.float64(0.0))
-            stored[slot] = wp.float64(0.0)
-            pressing[slot] = wp.float64(0.0)
-            springs[slot] = wp.vec3d()
-            dashpots[slot] = wp.float64(0.0)
+    zero = wp.float64(0.0)
+    contact = slots.contacts[slot]
+    stored = slots.stored[slot]
+    if contact.near == 0:
+        if stored > zero:  # slid over a ply's edge
+            lost[i] += wp.vec3d(stored, zero, zero)
+            slots.stored[slot] = zero
+            slots.forces[slot] = zero
+            slots.springs[slot] = wp.vec3d()
+            slots.dashpots[slot] = zero
         return
-    contact = contacts[slot]
     gap = contact_gap(contact, x, x[i])
-    if gap >= wp.float64(0.0) and stored[slot] == wp.float64(0.0):
+    if gap >= zero and stored == zero:
         return
     a = contact.a
     b = contact.b
     c = contact.c
     w = contact.weights
-    velocity = v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c])
     t = contact_traction(
         law,
         laws,
@@ -223,17 +225,17 @@ def press_on_ply(
         contact.friction,
         gap,
         contact.normal,
-        velocity,
-        springs[slot],
-        dashpots[slot],
+        v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),
+        slots.springs[slot],
+        slots.dashpots[slot],
     )
-    springs[slot] = t.spring
-    dashpots[slot] = t.dashpot
-    stored[slot] = t.stored
-    pressing[slot] = t.pressing
-    slip[slot] += t.slip
-    spent[slot] += t.friction + t.damping
-    lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
+    slots.springs[slot] = t.spring
+    slots.dashpots[slot] = t.dashpot
+    slots.stored[slot] = t.stored
+    slots.forces[slot] = t.pressing
+    slots.slip[slot] += t.slip
+    slots.spent[slot] += t.friction + t.damping
+    lost[i] += wp.vec3d(t.friction, t.damping, zero)
     wp.atomic_add(f, i, t.force)
     wp.atomic_sub(f, a, w[0] * t.force)
     wp.atomic_sub(f, b, w[1] * t.force)

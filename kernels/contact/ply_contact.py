@@ -17,9 +17,9 @@ from .facets import (
     walk_to_nearest,
 )
 from .on_ply import (
-    PlyContact,
     PlyMemory,
     PlySearch,
+    Slots,
     before_search,
     effective_mass,
     press_on_ply,
@@ -126,11 +126,8 @@ def find_ply_contacts(
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
-    stored: wp.array(dtype=wp.float64),
-    springs: wp.array(dtype=wp.vec3d),
-    spent: wp.array(dtype=wp.float64),
     memory: wp.array(dtype=PlyMemory),
-    contacts: wp.array(dtype=PlyContact),
+    slots: Slots,
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
     largest_jump: wp.array(dtype=wp.float64),
@@ -160,11 +157,9 @@ def find_ply_contacts(
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: room on the hollow sides, above and below [m], shape [vertex].
-        stored: energy of the contact springs after the last step [J], shape [slot].
-        springs: stick springs [m], shape [slot]; let go where another ply is met.
-        spent: lost since it came near, less what was taken back [J], shape [slot]; updated.
         memory: of the searches, shape [slot]; updated.
-        contacts: shape [slot]; overwritten.
+        slots: memory of the contacts; these are overwritten, springs let go where another ply is
+            met.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration so far [m], what is allowed included, shape [ply · ply];
             raised.
@@ -177,10 +172,12 @@ def find_ply_contacts(
         memory[slot].wait -= 1
         return
     memory[slot].wait = 0
-    before, had = before_search(law, laws, contacts[slot], x, x[i], springs[slot], stored[slot])
-    contacts[slot].near = 0
-    budget = wp.max(spent[slot], wp.float64(0.0))
-    spent[slot] = wp.float64(0.0)
+    before, had = before_search(
+        law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
+    )
+    slots.contacts[slot].near = 0
+    budget = wp.max(slots.spent[slot], wp.float64(0.0))
+    slots.spent[slot] = wp.float64(0.0)
     side = -wp.float64(way)
     nearest = no_facet()
     plane = PlyPlane()
@@ -213,7 +210,7 @@ def find_ply_contacts(
     if nearest.facet < 0:
         return
     if memory[slot].ply != met + 1:
-        springs[slot] = wp.vec3d()
+        slots.springs[slot] = wp.vec3d()
         memory[slot].ply = met + 1
     if plane.beyond == 2:
         return
@@ -222,25 +219,25 @@ def find_ply_contacts(
         memory[slot].wait = waits(gap, search.reach)
         return
     corners = facets.corners[nearest.facet]
-    contacts[slot].near = 1
-    contacts[slot].a = corners[0]
-    contacts[slot].b = corners[1]
-    contacts[slot].c = corners[2]
-    contacts[slot].weights = nearest.weights
-    contacts[slot].normal = plane.normal
-    contacts[slot].rise = plane.rise
-    contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
-    contacts[slot].thickness = stack.half[searching] + stack.half[met]
+    slots.contacts[slot].near = 1
+    slots.contacts[slot].a = corners[0]
+    slots.contacts[slot].b = corners[1]
+    slots.contacts[slot].c = corners[2]
+    slots.contacts[slot].weights = nearest.weights
+    slots.contacts[slot].normal = plane.normal
+    slots.contacts[slot].rise = plane.rise
+    slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
+    slots.contacts[slot].thickness = stack.half[searching] + stack.half[met]
     pair = searching * stack.half.shape[0] + met
-    contacts[slot].friction = stack.friction[pair]
-    contacts[slot].pad.law = stack.pads[pair]
-    contacts[slot].pad.area = stack.areas[i]
+    slots.contacts[slot].friction = stack.friction[pair]
+    slots.contacts[slot].pad.law = stack.pads[pair]
+    slots.contacts[slot].pad.area = stack.areas[i]
     jump = wp.max(before - gap, wp.float64(0.0))
     allowance, taken = settled(
-        law, laws, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
+        law, laws, search, slots.contacts[slot], x, x[i], slots.springs[slot], jump, had, budget
     )
-    contacts[slot].allowance = allowance
-    spent[slot] = budget + taken
+    slots.contacts[slot].allowance = allowance
+    slots.spent[slot] = budget + taken
     lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
     wp.atomic_max(deepest, pair, -gap)
     wp.atomic_max(largest_jump, pair, allowance)
@@ -254,15 +251,9 @@ def add_ply_forces(
     first_slot: int,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
-    contacts: wp.array(dtype=PlyContact),
-    springs: wp.array(dtype=wp.vec3d),
-    dashpots: wp.array(dtype=wp.float64),
+    slots: Slots,
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
-    stored: wp.array(dtype=wp.float64),
-    pressing: wp.array(dtype=wp.float64),
-    slip: wp.array(dtype=wp.float64),
-    spent: wp.array(dtype=wp.float64),
 ):
     """Add contact forces between two plies to ``f``; one thread a vertex of the searching ply.
 
@@ -273,33 +264,9 @@ def add_ply_forces(
         first_slot: of its contacts with the plies above or below.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
-        contacts: shape [slot].
-        springs: stick springs [m], shape [slot]; updated.
-        dashpots: dashpot forces [N], shape [slot]; overwritten.
+        slots: memory of the contacts; updated.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        stored: energy of the contact springs [J], shape [slot]; overwritten.
-        pressing: normal force [N], shape [slot]; overwritten.
-        slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     thread = wp.tid()
-    i = first_vertex + thread
-    slot = first_slot + thread
-    press_on_ply(
-        law,
-        laws,
-        i,
-        slot,
-        x,
-        v,
-        contacts,
-        springs,
-        dashpots,
-        f,
-        lost,
-        stored,
-        pressing,
-        slip,
-        spent,
-    )
+    press_on_ply(law, laws, first_vertex + thread, first_slot + thread, x, v, slots, f, lost)

@@ -18,8 +18,8 @@ from .facets import (
 )
 from .folds import Patches
 from .on_ply import (
-    PlyContact,
     PlySearch,
+    Slots,
     before_search,
     effective_mass,
     press_on_ply,
@@ -142,22 +142,21 @@ def touch(
     nearest: NearestFacet,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
-    stored: wp.array(dtype=wp.float64),
-    springs: wp.array(dtype=wp.vec3d),
-    spent: wp.array(dtype=wp.float64),
     seen: wp.array(dtype=wp.int32),
-    contacts: wp.array(dtype=PlyContact),
+    slots: Slots,
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
     largest_jump: wp.array(dtype=wp.float64),
 ):
     """Make a slot's contact that with the nearest triangle on its side, or none."""
     zero = wp.float64(0.0)
-    held = contacts[slot].near
-    before, had = before_search(law, laws, contacts[slot], x, x[i], springs[slot], stored[slot])
-    contacts[slot].near = 0
-    budget = wp.max(spent[slot], zero)
-    spent[slot] = zero
+    held = slots.contacts[slot].near
+    before, had = before_search(
+        law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
+    )
+    slots.contacts[slot].near = 0
+    budget = wp.max(slots.spent[slot], zero)
+    slots.spent[slot] = zero
     seen[slot] = nearest.facet + 1
     if nearest.facet < 0:
         return
@@ -180,24 +179,24 @@ def touch(
         normal = offset / distance
     gap = distance - ply.thickness
     corners = facets.corners[nearest.facet]
-    contacts[slot].near = 1
-    contacts[slot].a = corners[0]
-    contacts[slot].b = corners[1]
-    contacts[slot].c = corners[2]
-    contacts[slot].weights = nearest.weights
-    contacts[slot].normal = normal
-    contacts[slot].rise = wp.dot(normal, offset) - distance
-    contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
-    contacts[slot].thickness = ply.thickness
-    contacts[slot].friction = ply.friction
-    contacts[slot].pad.law = ply.pad
-    contacts[slot].pad.area = area
+    slots.contacts[slot].near = 1
+    slots.contacts[slot].a = corners[0]
+    slots.contacts[slot].b = corners[1]
+    slots.contacts[slot].c = corners[2]
+    slots.contacts[slot].weights = nearest.weights
+    slots.contacts[slot].normal = normal
+    slots.contacts[slot].rise = wp.dot(normal, offset) - distance
+    slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
+    slots.contacts[slot].thickness = ply.thickness
+    slots.contacts[slot].friction = ply.friction
+    slots.contacts[slot].pad.law = ply.pad
+    slots.contacts[slot].pad.area = area
     jump = wp.max(before - gap, zero)
     allowance, taken = settled(
-        law, laws, search, contacts[slot], x, x[i], springs[slot], jump, had, budget
+        law, laws, search, slots.contacts[slot], x, x[i], slots.springs[slot], jump, had, budget
     )
-    contacts[slot].allowance = allowance
-    spent[slot] = budget + taken
+    slots.contacts[slot].allowance = allowance
+    slots.spent[slot] = budget + taken
     lost[i] += wp.vec3d(zero, taken, zero)
     wp.atomic_max(deepest, ply.number, -gap)
     wp.atomic_max(largest_jump, ply.number, allowance)
@@ -216,11 +215,8 @@ def find_self_contacts(
     first: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
-    stored: wp.array(dtype=wp.float64),
-    springs: wp.array(dtype=wp.vec3d),
-    spent: wp.array(dtype=wp.float64),
     seen: wp.array(dtype=wp.int32),
-    contacts: wp.array(dtype=PlyContact),
+    slots: Slots,
     pressing: wp.array(dtype=wp.int32),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
@@ -243,11 +239,8 @@ def find_self_contacts(
         first: number of the first vertex.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
-        stored: energy of the contact springs after the last step [J], shape [slot].
-        springs: stick springs [m], shape [slot].
-        spent: lost since it came near, less what was taken back [J], shape [slot]; updated.
         seen: the nearest triangle plus one, 0 if none was in sight, shape [slot]; updated.
-        contacts: shape [slot]; overwritten.
+        slots: memory of the contacts; these are overwritten.
         pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration so far [m], what is allowed included, shape [ply]; raised.
@@ -265,9 +258,9 @@ def find_self_contacts(
     point = x[i]
     upper = no_facet()
     lower = no_facet()
-    if seen[above] > 0 and (not asks or contacts[above].near == 1):
+    if seen[above] > 0 and (not asks or slots.contacts[above].near == 1):
         upper = walk_on_fold(flat, facets, i, seen[above] - 1, x)
-    if seen[below] > 0 and (not asks or contacts[below].near == 1):
+    if seen[below] > 0 and (not asks or slots.contacts[below].near == 1):
         lower = walk_on_fold(flat, facets, i, seen[below] - 1, x)
     if asks:
         held_above = upper
@@ -301,11 +294,8 @@ def find_self_contacts(
         upper,
         mass,
         x,
-        stored,
-        springs,
-        spent,
         seen,
-        contacts,
+        slots,
         lost,
         deepest,
         largest_jump,
@@ -323,18 +313,15 @@ def find_self_contacts(
         lower,
         mass,
         x,
-        stored,
-        springs,
-        spent,
         seen,
-        contacts,
+        slots,
         lost,
         deepest,
         largest_jump,
     )
     # What is let go of still hands in its energy in the next step.
-    let_go = stored[above] > wp.float64(0.0) or stored[below] > wp.float64(0.0)
-    near = contacts[above].near == 1 or contacts[below].near == 1
+    let_go = slots.stored[above] > wp.float64(0.0) or slots.stored[below] > wp.float64(0.0)
+    near = slots.contacts[above].near == 1 or slots.contacts[below].near == 1
     pressing[i] = wp.where(near or let_go, 1, 0)
 
 
@@ -346,16 +333,10 @@ def add_self_forces(
     first: int,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
-    contacts: wp.array(dtype=PlyContact),
     pressing: wp.array(dtype=wp.int32),
-    springs: wp.array(dtype=wp.vec3d),
-    dashpots: wp.array(dtype=wp.float64),
+    slots: Slots,
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
-    stored: wp.array(dtype=wp.float64),
-    forces: wp.array(dtype=wp.float64),
-    slip: wp.array(dtype=wp.float64),
-    spent: wp.array(dtype=wp.float64),
 ):
     """Add the forces between vertices and their own ply to ``f``; one thread a vertex.
 
@@ -366,36 +347,14 @@ def add_self_forces(
         first: number of the first vertex.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
-        contacts: shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
-        springs: stick springs [m], shape [slot]; updated.
-        dashpots: dashpot forces [N], shape [slot]; overwritten.
+        slots: memory of the contacts; updated.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        stored: energy of the contact springs [J], shape [slot]; overwritten.
-        forces: normal forces [N], shape [slot]; overwritten.
-        slip: distance slid so far [m], shape [slot]; accumulated.
-        spent: what it has lost so far, less what was taken back [J], shape [slot]; accumulated.
     """
     i = first + wp.tid()
     if pressing[i] == 0:
         return
     for side in range(2):
         slot = ply.first_slot + side * ply.vertices + i - ply.first_vertex
-        press_on_ply(
-            law,
-            laws,
-            i,
-            slot,
-            x,
-            v,
-            contacts,
-            springs,
-            dashpots,
-            f,
-            lost,
-            stored,
-            forces,
-            slip,
-            spent,
-        )
+        press_on_ply(law, laws, i, slot, x, v, slots, f, lost)

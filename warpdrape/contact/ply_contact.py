@@ -14,6 +14,7 @@ from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import LOWER, UPPER, on_corners, vertex_shapes
+from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
@@ -40,31 +41,16 @@ class PlyLook:
 
 
 @dataclass(frozen=True, eq=False)
-class PlyMemory:
+class PlyMemory(SlotMemory):
     """What contact between plies remembers; a slot is a vertex and the plies on one side of it.
 
     Attributes:
-        seen: the triangle last seen, shape [slot].
-        contacts: the nearest triangle, shape [slot].
-        springs: friction springs [m], shape [slot].
-        dashpots: dashpot forces of the step before [N], shape [slot].
-        stored: energy in contact [J], shape [slot].
-        forces: normal forces [N], shape [slot].
-        slip: way slid [m], shape [slot].
-        spent: what a contact has lost since it came near, less what was taken back [J],
-            shape [slot].
+        seen: of the searches, shape [slot].
         deepest: deepest penetration of each ply's vertices into each ply [m], shape [ply · ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
     seen: wp.array
-    contacts: wp.array
-    springs: wp.array
-    dashpots: wp.array
-    stored: wp.array
-    forces: wp.array
-    slip: wp.array
-    spent: wp.array
     deepest: wp.array
     jump: wp.array
     apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
@@ -104,23 +90,13 @@ class PlyContact:
 
     def start(self) -> PlyMemory:
         """Nothing found yet."""
-        pairs, real = len(self.scene.plies) ** 2, wp.float64
         slots = sum(self.spans[look.searching].vertex_count for look in self.looks)
-
-        def zeros(count: int, dtype: Any) -> wp.array:
-            return wp.zeros(count, dtype=dtype, device=self.device)
-
+        pairs, device = len(self.scene.plies) ** 2, self.device
         return PlyMemory(
-            seen=zeros(slots, on_ply.PlyMemory),
-            contacts=zeros(slots, on_ply.PlyContact),
-            springs=zeros(slots, wp.vec3d),
-            dashpots=zeros(slots, real),
-            stored=zeros(slots, real),
-            forces=zeros(slots, real),
-            slip=zeros(slots, real),
-            spent=zeros(slots, real),
-            deepest=zeros(pairs, real),
-            jump=zeros(pairs, real),
+            **SlotMemory.empty(slots, device),
+            seen=wp.zeros(slots, dtype=on_ply.PlyMemory, device=device),
+            deepest=wp.zeros(pairs, dtype=wp.float64, device=device),
+            jump=wp.zeros(pairs, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
@@ -152,10 +128,8 @@ class PlyContact:
             plies.x,
             self.surfaces.normals,
             self.surfaces.hollows,
-            memory.stored,
         ]
-        seen = [memory.springs, memory.spent, memory.seen, memory.contacts]
-        outputs = [*seen, plies.lost, memory.deepest, memory.jump]
+        outputs = [memory.seen, memory.slots, plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_ply_contacts, run.count, inputs, outputs)
 
     def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
@@ -166,11 +140,8 @@ class PlyContact:
             self._slot(look, run),
             plies.x,
             plies.v,
-            memory.contacts,
         ]
-        kept = [memory.springs, memory.dashpots]
-        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.forces]
-        outputs += [memory.slip, memory.spent]
+        outputs = [memory.slots, plies.f, plies.lost]
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:

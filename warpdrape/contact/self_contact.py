@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -19,8 +19,9 @@ from warpdrape.contact.pressure import (
     on_corners,
     vertex_shapes,
 )
+from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
-from warpdrape.kernels.contact import folds, on_ply
+from warpdrape.kernels.contact import folds
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.folds import Patches
@@ -38,34 +39,19 @@ SIDES_APART = 1.25
 
 
 @dataclass(frozen=True, eq=False)
-class SelfContactMemory:
+class SelfContactMemory(SlotMemory):
     """What it remembers; a slot is a vertex and a side of its ply.
 
     Attributes:
         seen: the triangle last seen plus one, shape [slot].
-        contacts: the nearest triangle, shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
-        springs: friction springs [m], shape [slot].
-        dashpots: dashpot forces of the step before [N], shape [slot].
-        stored: energy in contact [J], shape [slot].
-        forces: normal forces [N], shape [slot].
-        slip: way slid [m], shape [slot].
-        spent: what a contact has lost since it came near, less what was taken back [J],
-            shape [slot].
         folded: whether a patch may touch its ply, shape [patch].
         deepest: deepest penetration of each ply into itself [m], shape [ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
     seen: wp.array
-    contacts: wp.array
     pressing: wp.array
-    springs: wp.array
-    dashpots: wp.array
-    stored: wp.array
-    forces: wp.array
-    slip: wp.array
-    spent: wp.array
     folded: wp.array
     deepest: wp.array
     jump: wp.array
@@ -106,24 +92,15 @@ class SelfContact:
 
     def start(self) -> SelfContactMemory:
         """Nothing found yet."""
-        slots, real = 2 * sum(ply.vertices for ply in self.plies), wp.float64
-
-        def zeros(count: int, dtype: Any) -> wp.array:
-            return wp.zeros(count, dtype=dtype, device=self.device)
-
+        slots, plies = 2 * sum(ply.vertices for ply in self.plies), len(self.scene.plies)
+        device = self.device
         return SelfContactMemory(
-            seen=zeros(slots, wp.int32),
-            contacts=zeros(slots, on_ply.PlyContact),
-            pressing=zeros(self.mass.shape[0], wp.int32),
-            springs=zeros(slots, wp.vec3d),
-            dashpots=zeros(slots, real),
-            stored=zeros(slots, real),
-            forces=zeros(slots, real),
-            slip=zeros(slots, real),
-            spent=zeros(slots, real),
-            folded=wp.ones(len(self.patches.column), dtype=wp.int32, device=self.device),
-            deepest=zeros(len(self.scene.plies), real),
-            jump=zeros(len(self.scene.plies), real),
+            **SlotMemory.empty(slots, device),
+            seen=wp.zeros(slots, dtype=wp.int32, device=device),
+            pressing=wp.zeros(self.mass.shape[0], dtype=wp.int32, device=device),
+            folded=wp.ones(len(self.patches.column), dtype=wp.int32, device=device),
+            deepest=wp.zeros(plies, dtype=wp.float64, device=device),
+            jump=wp.zeros(plies, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
@@ -162,35 +139,16 @@ class SelfContact:
     ) -> Launch:
         search = ply_search(self.scene, self.timing, ply.thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
-        inputs += [
-            self.patches,
-            memory.folded,
-            run.first,
-            self.mass,
-            plies.x,
-            memory.stored,
-            memory.springs,
-        ]
-        outputs = [memory.spent, memory.seen, memory.contacts, memory.pressing]
+        inputs += [self.patches, memory.folded, run.first, self.mass, plies.x]
+        outputs = [memory.seen, memory.slots, memory.pressing]
         outputs += [plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
 
     def _forces(
         self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
     ) -> Launch:
-        inputs = [
-            self.law,
-            self.laws,
-            ply,
-            run.first,
-            plies.x,
-            plies.v,
-            memory.contacts,
-            memory.pressing,
-        ]
-        kept = [memory.springs, memory.dashpots]
-        outputs = [*kept, plies.f, plies.lost, memory.stored, memory.forces]
-        outputs += [memory.slip, memory.spent]
+        inputs = [self.law, self.laws, ply, run.first, plies.x, plies.v, memory.pressing]
+        outputs = [memory.slots, plies.f, plies.lost]
         return Launch(kernels.add_self_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:
