@@ -1,0 +1,170 @@
+"""What ends a run early, or is said of it at the end: looked for at every frame, in plain words."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+import numpy as np
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.contact.passages import Passages
+from warpdrape.contact.squeeze import Squeeze, worst_squeeze
+from warpdrape.dynamics.energy import Energies
+from warpdrape.dynamics.model import Model
+from warpdrape.errors import RunFailed
+from warpdrape.interaction import Measured
+from warpdrape.results.result import FormedPly
+from warpdrape.results.summary import ENERGY_FAILURE
+from warpdrape.state import State
+
+SQUEEZED = 0.05
+"""Share of its thickness by which a ply is squeezed between tools before that is said [-]."""
+
+
+def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
+    """Say when and in which ply and triangle a vertex ran away."""
+    return (
+        f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
+        f"{model.medium.speed_limit:.4g} m/s; lower safety or contact_share, slow the tools down, "
+        "or refine the mesh there"
+    )
+
+
+def ply_of(model: Model, vertex: int) -> Ply:
+    """The ply of a vertex."""
+    firsts = [span.first_vertex for span in model.spans]
+    return model.scene.plies[bisect_right(firsts, vertex) - 1]
+
+
+def place(model: Model, vertex: int) -> str:
+    """Name the ply, and a triangle in it, of a vertex."""
+    ply = ply_of(model, vertex)
+    local = vertex - model.spans[model.scene.plies.index(ply)].first_vertex
+    triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
+    return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
+
+
+def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
+    """Names of the plies that nothing has held or touched so far: contact always loses energy."""
+    lost = state.plies.lost.numpy()[:, :2].any(axis=1)
+    held = {clamp.ply for clamp in model.scene.clamps}
+    touched = frozenset().union(*(each.touched for each in measured))
+    return tuple(
+        ply.name
+        for number, (ply, span) in enumerate(zip(model.scene.plies, model.spans, strict=True))
+        if ply.name not in held and number not in touched and not lost[span.vertices].any()
+    )
+
+
+class Watch:
+    """Looks at a run's state for what is wrong, and keeps what is to be said of it.
+
+    Attributes:
+        grown: share of the energy that came from nowhere, where that ended the run [-].
+        squeezed: the deepest squeeze between tools so far, in words; empty where there was none.
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Nothing seen yet."""
+        self.grown, self.squeezed = 0.0, ""
+        self._model = model
+        self._squeeze: Squeeze | None = None
+        self._passages = Passages(model.scene, model.spans, model.device)
+        laws = [ply.fabric.compaction for ply in model.scene.plies]
+        counts = [span.vertex_count for span in model.spans]
+        self._rooms = np.repeat([law.room if law else 0.0 for law in laws], counts)
+
+    def look(
+        self, state: State, plies: Sequence[FormedPly], energies: Energies, now: float
+    ) -> None:
+        """Look at a frame.
+
+        Args:
+            state: the state now.
+            plies: formed so far.
+            energies: their balance.
+            now: simulated time [s].
+
+        Raises:
+            RunFailed: if a value is not finite, a tool has passed through a ply, or energy came
+                from nowhere.
+        """
+        self._refuse_nonsense(plies, now)
+        self._note_squeeze(state, now)
+        self._refuse_passage(state, now)
+        self._refuse_growth(state, energies, now)
+
+    @staticmethod
+    def _refuse_nonsense(plies: Sequence[FormedPly], now: float) -> None:
+        """Raise `RunFailed` with ply and triangle where a value is not finite."""
+        for ply in plies:
+            values = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            if all(np.isfinite(array).all() for array in (ply.points, *values)):
+                continue
+            bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
+            for array in values:
+                bad |= ~np.isfinite(array.reshape(len(bad), -1)).all(axis=1)
+            if bad.any():
+                raise RunFailed(
+                    f"blew up at {1e3 * now:.4g} ms in ply {ply.name!r}, triangle "
+                    f"{int(np.argmax(bad))}: its values are not finite; lower safety"
+                )
+
+    def _refuse_growth(self, state: State, energies: Energies, now: float) -> None:
+        """Raise `RunFailed` where energy came from nowhere, with the place that moves fastest."""
+        model = self._model
+        speed = model.medium.speed_limit / 100.0
+        scale = max(energies.largest, 0.5 * float(model.masses.mass.sum()) * speed**2)
+        if not energies.unbalanced <= ENERGY_FAILURE * scale:
+            self.grown = energies.unbalanced / scale
+            fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
+            if self._squeeze is not None:
+                raise RunFailed(self.squeezed)
+            raise RunFailed(
+                f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
+                f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
+                "nowhere; lower safety or contact_share, or refine the tools"
+            )
+
+    def _note_squeeze(self, state: State, now: float) -> None:
+        """Keep the deepest squeeze of the run, in words."""
+        model = self._model
+        found = worst_squeeze(model.interactions, state, self._rooms)
+        least = SQUEEZED if self._squeeze is None else self._squeeze.share
+        if found is None or not least < found.share:
+            return
+        law = ply_of(model, found.vertex).fabric.compaction
+        one, other = (model.scene.tools[tool].name for tool in found.tools)
+        x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
+        self._squeeze = found
+        least = f"its thickness of {1e3 * found.thickness:.3g} mm"
+        why = (
+            "that of the contact's numerical stiffness; leave the ply its thickness between them, "
+            "or give its fabric a compaction law"
+        )
+        if law is not None:
+            least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
+            why = "extrapolated; measure to higher pressures, or leave the ply more room"
+        self.squeezed = (
+            f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
+            f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
+            f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
+        )
+
+    def _refuse_passage(self, state: State, now: float) -> None:
+        """Raise `RunFailed` where a tool has passed through a ply between its vertices."""
+        found = self._passages.deepest(state)
+        if found is None:
+            return
+        scene, before = self._model.scene, ""
+        if self._squeeze is not None and found.tool in self._squeeze.tools:
+            before = f"; before that, {self.squeezed}"
+        ply, tool = scene.plies[found.ply], scene.tools[found.tool]
+        x, y = 1e3 * ply.rest_points[ply.mesh.triangles[found.triangle]].mean(axis=0)[:2]
+        raise RunFailed(
+            f"tool {tool.name!r} passed through ply {ply.name!r} by {1e3 * now:.4g} ms: it reaches "
+            f"{1e3 * found.depth:.3g} mm or more beyond triangle {found.triangle}, at ({x:.4g}, "
+            f"{y:.4g}) mm of the flat ply, whose sides are {1e3 * found.side:.3g} mm long: refine "
+            f"the ply there, or slow the tool down{before}"
+        )
