@@ -373,3 +373,26 @@ def test_the_lips_of_a_notch_touch_without_a_bend(device):
     gaps = found(model, state)[:, over].min(axis=0)
     np.testing.assert_allclose(gaps, 0.05 * THICKNESS, atol=1e-6)
     assert folded_patches(model, state).sum() < 0.6 * len(folded_patches(model, state))
+
+
+def test_parts_of_threads_add_up_to_the_whole(device):
+    ply = strip(43.5e-3)
+    shapes = []
+    for count in (1, 3):
+        model, state = placed(ply, hairpin(ply.rest_points, 21e-3), device, duration=8e-4)
+        v = np.zeros_like(state.plies.x.numpy())
+        v[ply.rest_points[:, 0] > 0.5 * EDGE] = (0.2, 0.1, -2.0)
+        state.plies.v.assign(v)
+        parts = stepping.split(model, state, count)
+        stepping.Stepper(model, state, 1).begin_frame(1)
+        job = stepping._Job(parts, parts, None)
+        for block in range(model.timing.steps // model.timing.search_every):
+            job.run(block % 16 == 0)
+        assert max(contact_slip(model, part.state) for part in parts) > 0.0, "they met"
+        shapes.append(state.plies.x.numpy())
+    np.testing.assert_allclose(shapes[0], shapes[1], atol=1e-10)
+
+
+def contact_slip(model, state):
+    """Longest way slid [m]."""
+    return float(of_kind(model, state, SelfContact)[1].slip.numpy().max())
