@@ -208,3 +208,22 @@ def test_steps_and_speed(stack):
     triangles = sum(len(ply.mesh.triangles) for ply in stack.scene.plies)
     assert summary["triangle_steps_per_s"] == triangles * 100 / 2.0
     assert summary["simulated_s"] == pytest.approx(0.03)
+
+
+def test_what_lay_too_deep_in_each_other_is_named(stack):
+    def met(name, **entry):
+        return Measured(entries={name: [{"max_penetration_m": 0.7 * THICKNESS, **entry}]})
+
+    for contacts, words in (
+        (
+            met("interfaces", vertices_of="upper", on="lower"),
+            "plies 'upper' and 'lower' lay 0.42 mm",
+        ),
+        (met("self_contact", ply="lower"), "folds of ply 'lower' lay 0.42 mm in each other"),
+    ):
+        (said,) = [w for w in summary_of(stack, [contacts])["warnings"] if "passed" in w]
+        assert said.startswith(words)
+    shallow = Measured(
+        entries={"self_contact": [{"max_penetration_m": 0.4 * THICKNESS, "ply": "lower"}]}
+    )
+    assert not any("passed" in words for words in summary_of(stack, [shallow])["warnings"])

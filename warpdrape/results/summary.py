@@ -81,16 +81,7 @@ def summarise(
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = met_in_contact(measured)
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
-    least = PENETRATION_WARNING * min(p.fabric.thickness for p in model.scene.plies)
-    if any(
-        entry["max_penetration_m"] - _compacted(model, entry) > least
-        for found in contacts.values()
-        for entry in found
-    ):
-        warnings.append(
-            f"things pressed {1e3 * deepest:.3g} mm into each other and may have passed: "
-            "lower the forces or the speed, refine the plies, or raise contact_share"
-        )
+    warnings += passed_through(model, contacts)
     added = float(model.masses.added.sum())
     of_forces: dict[str, Any] = {}
     for force, shown in zip(model.forces, measured, strict=False):
@@ -133,17 +124,42 @@ def summarise(
     }
 
 
-def _compacted(model: Model, entry: Mapping[str, Any]) -> float:
-    """Depth of a contact that the laws of its plies allow [m]."""
+def passed_through(model: Model, contacts: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    """Warning of the things that lay deepest in each other, if they may have passed.
+
+    Args:
+        model: the model.
+        contacts: entries of what was met, by name.
+    """
+    plies = model.scene.plies
+    thin = {ply.name: ply.fabric.thickness for ply in plies}
     rooms = {
         ply.name: 0.5 * ply.fabric.compaction.room if ply.fabric.compaction else 0.0
-        for ply in model.scene.plies
+        for ply in plies
     }
-    if "on" in entry:
-        return rooms[entry["vertices_of"]] + rooms[entry["on"]]
-    if "ply" in entry:
-        return 2.0 * rooms[entry["ply"]]
-    return max(rooms.values())
+    found = [
+        (entry, f"tool {tool.name!r} and a ply", min(thin.values()), max(rooms.values()))
+        for tool, entry in zip(model.scene.tools, contacts.get("tools", ()), strict=False)
+    ]
+    for entry in contacts.get("interfaces", ()):
+        one, other = entry["vertices_of"], entry["on"]
+        words = f"plies {one!r} and {other!r}"
+        found.append((entry, words, min(thin[one], thin[other]), rooms[one] + rooms[other]))
+    for entry in contacts.get("self_contact", ()):
+        name = entry["ply"]
+        found.append((entry, f"folds of ply {name!r}", thin[name], 2.0 * rooms[name]))
+    deep = [
+        (entry["max_penetration_m"] - room, entry["max_penetration_m"], words)
+        for entry, words, thickness, room in found
+        if entry["max_penetration_m"] - room > PENETRATION_WARNING * thickness
+    ]
+    if not deep:
+        return []
+    _, depth, words = max(deep)
+    return [
+        f"{words} lay {1e3 * depth:.3g} mm in each other and may have passed: lower the forces or "
+        "the speed, refine the plies, or raise contact_share"
+    ]
 
 
 def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[str]) -> list[str]:
