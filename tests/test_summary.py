@@ -124,11 +124,18 @@ def test_unbalanced_energy_warns_and_then_fails(stack, unbalanced, status, words
 
 def test_deep_penetration_warns_wherever_it_is(stack):
     assert summary_of(stack)["warnings"] == []
-    depths = [{"max_penetration_m": depth * THICKNESS} for depth in (0.4, 0.6)]
-    for contacts in ({"one": depths}, {"one": depths[:1], "other": depths[1:]}):
+    shallow, deep = (
+        {"max_penetration_m": d * THICKNESS, "ply": "upper", "vertices_of": "upper", "on": "lower"}
+        for d in (0.4, 0.6)
+    )
+    for contacts in (
+        {"interfaces": [shallow, deep]},
+        {"self_contact": [shallow], "interfaces": [deep]},
+        {"self_contact": [deep]},
+    ):
         summary = summary_of(stack, [Measured(entries=contacts)])
         assert summary["max_penetration_m"] == pytest.approx(0.6 * THICKNESS)
-        assert ["0.36 mm into each other" in w for w in summary["warnings"]] == [True]
+        assert ["lay 0.36 mm in each other" in w for w in summary["warnings"]] == [True]
 
 
 def test_a_hurried_run_says_so(stack):

@@ -23,7 +23,7 @@ ENERGY_WARNING = 0.02
 ENERGY_FAILURE = 0.10
 """… and above which it fails [-]."""
 PENETRATION_WARNING = 0.5
-"""Penetration over the thinnest ply's thickness above which a run warns [-]."""
+"""Penetration over a ply's thickness above which a run warns [-]."""
 
 
 def energy_error(history: Mapping[str, np.ndarray]) -> float:
