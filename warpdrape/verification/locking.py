@@ -136,7 +136,7 @@ def _middle_zone(folder: str, frame: int, insets: Sequence[float]) -> list[float
     """Mean and standard deviation of the shear angle [deg], each inset [m] inside the zone."""
     ply = read_scene(find_scene(folder), None, frame).plies[0]
     centre = np.abs(ply.rest[ply.triangles].mean(axis=1)).sum(axis=1)
-    inside = [ply.shear_deg[centre < 0.5 * (HEIGHT - WIDTH) - inset] for inset in insets]
+    inside = [ply.values[centre < 0.5 * (HEIGHT - WIDTH) - inset] for inset in insets]
     return [float(value) for shear in inside for value in (shear.mean(), shear.std())]
 
 
