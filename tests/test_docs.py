@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import warpdrape as wd
 from warpdrape.commands.arguments import build_parser
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
@@ -76,6 +77,16 @@ def test_commands_exist():
             load_fabric(arguments.fabric)
 
 
+def test_friction_laws_of_the_usage_page():
+    (text,) = [
+        block for block in blocks(ROOT / "docs" / "usage.md", "python") if "Friction" in block
+    ]
+    laws = {"wd": wd}
+    exec(text.partition("scene = ")[0], laws)
+    assert laws["dry"](pressure=30e3, angle_deg=22.5) == pytest.approx(0.27 * 0.28 / 0.3)
+    assert laws["melt"](pressure=1e4, speed=1e-2) > laws["melt"](pressure=1e5, speed=1e-2)
+
+
 def test_bootstrap_commands_name_a_scene():
     runs = [words for words in commands("python") if words[1:3] == ["bootstrap.py", "run"]]
     assert runs
@@ -98,7 +109,8 @@ def test_script_and_fabric_of_the_usage_page(tmp_path):
 
 
 def test_lines_of_python_on_the_usage_page(capsys):
-    exec(compile(blocks(ROOT / "docs" / "usage.md", "python")[1], "usage.md", "exec"), {})
+    (text,) = [block for block in blocks(ROOT / "docs" / "usage.md", "python") if "print(" in block]
+    exec(compile(text, "usage.md", "exec"), {})
     assert "(144,) (144, 3)" in capsys.readouterr().out
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
+    from warpdrape.materials.friction import Friction
     from warpdrape.numerics import Numerics
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
@@ -30,6 +31,7 @@ __all__ = [
     "Compaction",
     "Fabric",
     "Float",
+    "Friction",
     "InputError",
     "Numerics",
     "Path",
@@ -52,6 +54,7 @@ _HOME = {
     "Clamp": "setup",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",
+    "Friction": "materials.friction",
     "InputError": "errors",
     "Numerics": "numerics",
     "Path": "tools.motion",

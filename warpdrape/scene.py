@@ -22,9 +22,12 @@ class Scene(Setup):
         tools: rigid tools.
         clamps: held or led vertices.
         duration: simulated time [s].
-        friction: Coulomb coefficient between plies and tools that name none [-].
-        ply_friction: Coulomb coefficient between plies [-]; or one for each pair of their fabrics,
-            such as ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
+        friction: between plies and tools that name none: a Coulomb coefficient [-], or a
+            `Friction` that depends on pressure or speed.
+        ply_friction: between plies, likewise; or one for each pair of their fabrics, such as
+            ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
+        process_duration: time that the press takes for what is simulated in ``duration`` [s]; for
+            friction that depends on speed.
         self_contact: whether the folds of plies that bend are held apart, with the friction of
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError, one_of, positive
+from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.tools.tool import Tool
@@ -90,8 +92,9 @@ class Setup:
     duration: float
     tools: Sequence[Tool] = ()
     clamps: Sequence[Clamp] = ()
-    friction: float = 0.2
-    ply_friction: float | Mapping[tuple[str, str], float] = 0.3
+    friction: float | Friction = 0.2
+    ply_friction: float | Friction | Mapping[tuple[str, str], float | Friction] = 0.3
+    process_duration: float | None = None
     self_contact: bool = True
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
@@ -107,7 +110,7 @@ class Setup:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
         one_of("self_contact", self.self_contact, (True, False))
-        positive("friction", self.friction, zero=True)
+        friction_of("friction", self.friction)
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
@@ -117,11 +120,12 @@ class Setup:
                 if names.count(name) > 1:
                     raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
         if not isinstance(self.ply_friction, Mapping):
-            positive("ply_friction", self.ply_friction, zero=True)
+            friction_of("ply_friction", self.ply_friction)
         for one, other in combinations(self.plies, 2):
             self.friction_between(one, other)
         for ply in filter(self.touches_itself, self.plies):
             self.friction_between(ply, ply)
+        self._check_friction()
         _refuse_other_units(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
@@ -139,26 +143,59 @@ class Setup:
                     "warpdrape.lay_up"
                 )
 
+    @cached_property
+    def friction_laws(self) -> tuple[Friction, ...]:
+        """Frictions that are more than a coefficient, each once."""
+        plies, touching = self.plies, filter(self.touches_itself, self.plies)
+        interfaces = [self.friction_of(tool) for tool in self.tools]
+        interfaces += [self.friction_between(one, other) for one, other in combinations(plies, 2)]
+        interfaces += [self.friction_between(ply, ply) for ply in touching]
+        return tuple({id(law): law for law in interfaces if law.varies}.values())
+
+    def _check_friction(self) -> None:
+        """Raise `InputError` where a friction law lacks what it depends on."""
+        for tool in self.tools:
+            if self.friction_of(tool).by_angle:
+                raise InputError(
+                    f"friction of tool {tool.name!r} has by_angle, the angle between the yarns of "
+                    "two plies: a tool has no yarns; leave it out"
+                )
+        if self.process_duration is not None:
+            positive("process_duration", self.process_duration, unit="s")
+        if not any(law.has_speed for law in self.friction_laws):
+            return
+        if self.process_duration is None:
+            raise InputError(
+                "friction by speed needs process_duration = …, the time [s] that the press takes "
+                f"for what is simulated in {self.duration:g} s: plies slip that much slower there"
+            )
+        if self.numerics.kinetic_limit is not None:
+            raise InputError(
+                "friction by speed needs tools that keep their pace: leave out kinetic_limit"
+            )
+
     def touches_itself(self, ply: Ply) -> bool:
         """Whether folds of a ply are held apart: those of one that does not bend have no size."""
         return self.self_contact and ply.fabric.bends
 
-    def friction_of(self, tool: Tool) -> float:
-        """Coulomb coefficient of a tool against the plies [-]."""
-        return self.friction if tool.friction is None else tool.friction
+    def friction_of(self, tool: Tool) -> Friction:
+        """Friction of a tool on the plies."""
+        if tool.friction is None:
+            return friction_of("friction", self.friction)
+        return friction_of(f"tool {tool.name!r}: friction", tool.friction)
 
-    def friction_between(self, one: Ply, other: Ply) -> float:
-        """Coulomb coefficient between two plies, by their fabrics' names in either order [-].
+    def friction_between(self, one: Ply, other: Ply) -> Friction:
+        """Friction between two plies, by their fabrics' names in either order.
 
         Raises:
             InputError: if ``ply_friction`` lacks these fabrics, or holds no coefficient for them.
         """
         if not isinstance(self.ply_friction, Mapping):
-            return float(self.ply_friction)
+            return friction_of("ply_friction", self.ply_friction)
         pair = (one.fabric.name, other.fabric.name)
         for names in (pair, pair[::-1]):
             if names in self.ply_friction:
-                return positive(f"ply_friction[{names!r}]", self.ply_friction[names], zero=True)
+                return friction_of(f"ply_friction[{names!r}]", self.ply_friction[names])
         who = f"of plies {one.name!r} and {other.name!r}"
         if one is other:
             who = f"of a ply with itself, and ply {one.name!r} may touch itself"

@@ -1,4 +1,4 @@
-"""The contact law: penalty with damping along the normal, Coulomb friction that sticks.
+"""The contact law: penalty with damping along the normal, friction that sticks.
 
 Where a ply can be compacted its law of pressure against thickness takes the penalty's place; the
 dashpot follows its slope, so that slow presses feel no viscosity of ours.
@@ -11,6 +11,8 @@ so what friction and dashpot take in a step is the work of the mean of its two e
 
 import warp as wp
 
+from .friction import FrictionLaws, Rub, bearable
+
 TINY = wp.constant(wp.float64(1e-30))
 """Keeps a slack spring's length from dividing by zero [m]."""
 
@@ -22,6 +24,7 @@ class ContactLaw:
     stiffness: wp.float64  # k / m = share / Δt² [1/s²]
     lag: wp.float64  # of the dashpot, 2 ζ √(k m) / k [s]
     time_step: wp.float64  # s
+    friction: FrictionLaws
 
 
 @wp.struct
@@ -101,7 +104,7 @@ def contact_traction(
     laws: CompactionLaws,
     mass: wp.float64,
     pad: Pad,
-    friction: wp.float64,
+    rub: Rub,
     gap: wp.float64,
     normal: wp.vec3d,
     velocity: wp.vec3d,
@@ -115,7 +118,7 @@ def contact_traction(
         laws: of compaction.
         mass: effective mass of the contact [kg].
         pad: what gives way.
-        friction: Coulomb coefficient μ [-].
+        rub: its friction.
         gap: distance less the offset [m]; negative in contact.
         normal: unit normal, towards the vertex.
         velocity: of the vertex relative to the surface, over the last step [m/s].
@@ -140,8 +143,11 @@ def contact_traction(
             lag *= wp.sqrt(wp.min(area * soft[2] / stiffness, wp.float64(1.0)))
         depth = wp.max(pressed - lag * approach, zero)  # … with the dashpot
         t.dashpot = stiffness * (depth - pressed)
-        limit = friction * depth
         length = wp.length(trial)
+        pressure = wp.float64(-1.0)
+        if pad.area > zero:
+            pressure = stiffness * depth / pad.area
+        limit = bearable(law.friction, rub, pressure, depth, length, law.time_step)
         t.spring = (limit / wp.max(wp.max(length, limit), TINY)) * trial
         t.slip = wp.max(length - limit, zero)
         t.pressing = stiffness * depth

@@ -6,6 +6,7 @@ The plane is found by a search and moves with the triangle until the next one.
 import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction, normal_energy
+from .friction import Rub
 
 MOST_WAITS = wp.constant(wp.float64(100.0))
 """Searches that may leave a point out, at most."""
@@ -25,7 +26,7 @@ class PlyContact:
     allowance: wp.float64  # penetration still allowed after a jump of the gap [m]
     mass: wp.float64  # with which the point meets the triangle [kg]
     thickness: wp.float64  # from the mid-surface in contact [m]
-    friction: wp.float64  # μ [-]
+    rub: Rub  # its friction
     pad: Pad  # what gives way
 
 
@@ -222,7 +223,7 @@ def press_on_ply(
         laws,
         contact.mass,
         contact.pad,
-        contact.friction,
+        contact.rub,
         gap,
         contact.normal,
         v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),

@@ -16,6 +16,7 @@ from .facets import (
     no_facet,
     walk_to_nearest,
 )
+from .friction import Rub
 from .on_ply import (
     PlyMemory,
     PlySearch,
@@ -27,6 +28,7 @@ from .on_ply import (
     waits,
 )
 from .surface import facet_slope, weighted
+from .yarn_angle import at_angle
 
 
 @wp.struct
@@ -36,7 +38,7 @@ class PlyStack:
     meshes: wp.array(dtype=wp.uint64)  # shape [ply]
     first_triangle: wp.array(dtype=wp.int32)  # shape [ply]
     half: wp.array(dtype=wp.float64)  # of the thickness [m], shape [ply]
-    friction: wp.array(dtype=wp.float64)  # μ between each two, shape [ply · ply]
+    rubs: wp.array(dtype=Rub)  # friction between each two, shape [ply · ply]
     pads: wp.array(dtype=wp.int32)  # their compaction laws plus one, 0 for none, likewise
     areas: wp.array(dtype=wp.float64)  # that their vertices' contacts stand for [m²], [vertex]
 
@@ -229,7 +231,7 @@ def find_ply_contacts(
     slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
     slots.contacts[slot].thickness = stack.half[searching] + stack.half[met]
     pair = searching * stack.half.shape[0] + met
-    slots.contacts[slot].friction = stack.friction[pair]
+    slots.contacts[slot].rub = at_angle(law.friction, stack.rubs[pair], facets, i, nearest.facet, x)
     slots.contacts[slot].pad.law = stack.pads[pair]
     slots.contacts[slot].pad.area = stack.areas[i]
     jump = wp.max(before - gap, wp.float64(0.0))

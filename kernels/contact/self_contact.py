@@ -17,6 +17,7 @@ from .facets import (
     no_facet,
 )
 from .folds import Patches
+from .friction import Rub
 from .on_ply import (
     PlySearch,
     Slots,
@@ -26,6 +27,7 @@ from .on_ply import (
     settled,
 )
 from .surface import to_single, weighted
+from .yarn_angle import at_angle
 
 
 @wp.struct
@@ -39,7 +41,7 @@ class SearchedSelf:
     vertices: wp.int32
     first_slot: wp.int32  # upper sides first, then the lower ones
     thickness: wp.float64  # m
-    friction: wp.float64  # μ [-]
+    rub: Rub  # friction of its folds
     pad: wp.int32  # compaction law between its faces plus one, 0 for none
 
 
@@ -188,7 +190,7 @@ def touch(
     slots.contacts[slot].rise = wp.dot(normal, offset) - distance
     slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
     slots.contacts[slot].thickness = ply.thickness
-    slots.contacts[slot].friction = ply.friction
+    slots.contacts[slot].rub = at_angle(law.friction, ply.rub, facets, i, nearest.facet, x)
     slots.contacts[slot].pad.law = ply.pad
     slots.contacts[slot].pad.area = area
     jump = wp.max(before - gap, zero)

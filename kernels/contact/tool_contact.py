@@ -10,6 +10,7 @@ have one dimension.
 import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
+from .friction import Rub
 from .surface import (
     CURVED,
     barycentric,
@@ -84,7 +85,7 @@ class ToolSurfaces:
     hollow: wp.array(dtype=wp.float64)  # weight over distance beyond `facet_hollows` [1/m], [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface
     open: wp.array(dtype=wp.int32)  # 1 if the tool is a sheet, with a back, shape [tool]
-    friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
+    rubs: wp.array(dtype=Rub)  # friction, shape [tool]
 
 
 @wp.func
@@ -334,7 +335,7 @@ def add_tool_forces(
     law: ContactLaw,
     laws: CompactionLaws,
     pads: wp.array(dtype=Pad),
-    friction: wp.array(dtype=wp.float64),
+    rubs: wp.array(dtype=Rub),
     mass: wp.array(dtype=wp.float64),
     tool_shift: wp.array(dtype=wp.vec3d),
     tool_velocity: wp.array(dtype=wp.vec3d),
@@ -354,7 +355,7 @@ def add_tool_forces(
         law: contact law.
         laws: of compaction.
         pads: what gives way of a vertex's ply, shape [vertex].
-        friction: μ, shape [tool].
+        rubs: friction, shape [tool].
         mass: shape [vertex] [kg].
         tool_shift: translations [m], shape [tool].
         tool_velocity: over the last step [m/s], shape [tool].
@@ -371,7 +372,7 @@ def add_tool_forces(
     bits = touching[i]
     if bits == 0:
         return
-    tools = friction.shape[0]
+    tools = rubs.shape[0]
     place = i % (reaction.shape[0] // tools) * tools
     for tool in range(tools):
         if may_touch(bits, tool):
@@ -384,7 +385,7 @@ def add_tool_forces(
                     laws,
                     mass[i],
                     pads[i],
-                    friction[tool],
+                    rubs[tool],
                     gap,
                     plane.normal,
                     v[i] - tool_velocity[tool],

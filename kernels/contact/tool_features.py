@@ -11,6 +11,7 @@ import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, contact_traction
 from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .friction import Rub
 from .on_ply import PlyContact, PlySearch, before_search, contact_gap, settled, waits
 from .surface import weighted
 
@@ -33,7 +34,7 @@ class Features:
 
     points: wp.array(dtype=wp.vec3d)  # in the tool's frame [m], shape [point]
     tools: wp.array(dtype=wp.int32)  # number of its tool, shape [point]
-    friction: wp.array(dtype=wp.float64)  # μ, shape [tool]
+    rubs: wp.array(dtype=Rub)  # friction, shape [tool]
     third: wp.array(dtype=wp.float64)  # of the mass of the plies' triangles [kg], shape [triangle]
     pressing: wp.float64  # gap below which a point may press before the next search [m]
 
@@ -160,7 +161,7 @@ def find_features(
     contacts[slot].normal = normal
     contacts[slot].rise = wp.dot(normal, offset) - distance
     contacts[slot].thickness = ply.half
-    contacts[slot].friction = features.friction[tool]
+    contacts[slot].rub = features.rubs[tool]
     if gap < features.pressing:
         wp.atomic_add(presses, nearest.facet, 1)
     wp.atomic_max(deepest, tool, -gap)
@@ -286,7 +287,7 @@ def add_feature_forces(
         laws,
         contact.mass,
         contact.pad,
-        contact.friction,
+        contact.rub,
         gap,
         contact.normal,
         tool_velocity[tool] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from warpdrape.contact.features import has_features
+from warpdrape.contact.friction import friction_laws
 from warpdrape.errors import InputError
 from warpdrape.kernels.contact.contact import ContactLaw
 from warpdrape.setup import Setup
@@ -16,13 +17,14 @@ hardly by both at once. Features of tools, which share the masses of the triangl
 make one more."""
 
 
-def contact_law(scene: Setup, time_step: float) -> ContactLaw:
-    """Stiffness and damping of contacts at a time step [s]."""
+def contact_law(scene: Setup, time_step: float, device: str) -> ContactLaw:
+    """Stiffness, damping and friction of contacts at a time step [s]."""
     law = ContactLaw()
     share = scene.numerics.contact_share
     law.stiffness = share / time_step**2
     law.lag = 2.0 * scene.numerics.contact_damping * time_step / math.sqrt(share)
     law.time_step = time_step
+    law.friction = friction_laws(scene, device)
     return law
 
 

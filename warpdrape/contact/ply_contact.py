@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.contact.compaction import Pads
+from warpdrape.contact.friction import rubs
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
@@ -20,9 +21,13 @@ from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.ply_contact import PlyStack
+from warpdrape.materials.friction import Friction
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
 from warpdrape.timing import Timing
+
+NONE = Friction(coefficient=0.0)
+"""Between a ply and itself, which self-contact knows of."""
 
 
 @dataclass(frozen=True)
@@ -308,7 +313,7 @@ def build(
         _stack(scene, surfaces, spans, pads),
         _looks(spans),
         find_partners(scene.plies, surfaces),
-        contact_law(scene, timing.time_step),
+        contact_law(scene, timing.time_step, device),
         pads.laws,
     )
 
@@ -321,11 +326,11 @@ def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...], pads: P
     stack.first_triangle = wp.array(first, dtype=wp.int32, device=device)
     half = [0.5 * ply.fabric.thickness for ply in scene.plies]
     stack.half = wp.array(half, dtype=wp.float64, device=device)
-    friction = [
-        0.0 if one is other else scene.friction_between(one, other)
+    between = [
+        NONE if one is other else scene.friction_between(one, other)
         for one, other in product(scene.plies, repeat=2)
     ]
-    stack.friction = wp.array(friction, dtype=wp.float64, device=device)
+    stack.rubs = rubs(scene, between, device)
     stack.pads = wp.array(pads.of_plies.ravel(), dtype=wp.int32, device=device)
     # Vertices of both plies bear an interface, each with half of its area.
     stack.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)

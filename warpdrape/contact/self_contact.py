@@ -11,6 +11,7 @@ import warp as wp
 from warpdrape.blanks.ply import Ply
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.folds import cut_into_patches
+from warpdrape.contact.friction import rub
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import (
@@ -236,11 +237,11 @@ def build(
         searched.vertices = span.vertex_count
         searched.first_slot = slot
         searched.thickness = ply.fabric.thickness
-        searched.friction = scene.friction_between(ply, ply)
+        searched.rub = rub(scene, scene.friction_between(ply, ply))
         searched.pad = int(pads.of_plies[number, number])
         plies.append(searched)
         slot += 2 * span.vertex_count
-    law = contact_law(scene, timing.time_step)
+    law = contact_law(scene, timing.time_step, device)
     patches, runs = cut_into_patches(scene.plies, spans, device)
     return SelfContact(
         device, scene, timing, mass, surfaces, flat, tuple(plies), patches, runs, law, pads.laws

@@ -114,7 +114,7 @@ class ToolContact:
             outputs = [*found, plies.lost, memory.deepest]
             find.append(Launch(find_tool_contacts, count, inputs, outputs))
             known = [memory.planes, memory.touching]
-            inputs = [first, self.law, self.laws, self.pads, self.surfaces.friction, self.mass]
+            inputs = [first, self.law, self.laws, self.pads, self.surfaces.rubs, self.mass]
             inputs += [*moving, *known]
             outputs = [memory.holds, plies.f, tools.reaction, plies.lost]
             push.append(Launch(add_tool_forces, count, inputs, outputs))
@@ -158,7 +158,7 @@ def build(
         mass,
         wp.array(np.concatenate(half), dtype=wp.float64, device=device),
         *tool_surfaces(scene, device),
-        contact_law(scene, timing.time_step),
+        contact_law(scene, timing.time_step, device),
         pads.laws,
         pads.at_vertices(scene, device),
         _tool_search(scene, timing),

@@ -10,6 +10,7 @@ import warp as wp
 
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.features import points_of
+from warpdrape.contact.friction import rubs
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import on_corners
@@ -209,8 +210,7 @@ def build(
     features.points = wp.array(np.concatenate(points), dtype=wp.vec3d, device=device)
     tools = np.repeat(np.arange(len(points)), [len(each) for each in points])
     features.tools = wp.array(tools, dtype=wp.int32, device=device)
-    friction = [scene.friction_of(tool) for tool in scene.tools]
-    features.friction = wp.array(friction, dtype=wp.float64, device=device)
+    features.rubs = rubs(scene, [scene.friction_of(tool) for tool in scene.tools], device)
     third = [ply.fabric.areal_density * ply.mesh.areas / 3.0 for ply in scene.plies]
     features.third = wp.array(np.concatenate(third), dtype=wp.float64, device=device)
     features.pressing = scene.numerics.search_slide
@@ -221,7 +221,7 @@ def build(
         searched.first_triangle = span.first_triangle
         searched.half = 0.5 * ply.fabric.thickness
         plies.append(searched)
-    law = contact_law(scene, timing.time_step)
+    law = contact_law(scene, timing.time_step, device)
     return FeatureContact(
         device, scene, timing, spans, surfaces, features, tuple(plies), law, pads.laws
     )

@@ -10,6 +10,7 @@ from warpdrape.contact.adjacency import (
     facet_hollows,
     open_edge_bits,
 )
+from warpdrape.contact.friction import rubs
 from warpdrape.kernels.contact.tool_contact import ToolSurfaces
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
@@ -30,7 +31,6 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     facets = [len(tool.triangles) for tool in scene.tools]
     corners = [tool.vertices[tool.triangles] for tool in scene.tools]
     normals = [tool.surface.normals for tool in scene.tools]
-    friction = [scene.friction_of(tool) for tool in scene.tools]
     empty = [np.zeros((0, 3, 3))]
     surfaces = ToolSurfaces()
     surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
@@ -51,7 +51,7 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     surfaces.ridges = wp.array(np.concatenate(ridges), dtype=wp.int32, device=device)
     is_open = [not tool.surface.mesh.is_watertight for tool in scene.tools]
     surfaces.open = wp.array(is_open, dtype=wp.int32, device=device)
-    surfaces.friction = wp.array(friction, dtype=wp.float64, device=device)
+    surfaces.rubs = rubs(scene, [scene.friction_of(tool) for tool in scene.tools], device)
     return meshes, surfaces
 
 

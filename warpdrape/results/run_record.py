@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.dynamics.model import Model
+from warpdrape.materials.friction import Friction
 from warpdrape.setup import Clamp, Setup
 
 
@@ -22,8 +23,9 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         "parameters": dict(scene.parameters),
         "duration_s": scene.duration,
         "frames": frames,
-        "friction": scene.friction,
+        "friction": plain(scene.friction),
         "ply_friction": _ply_friction(scene),
+        "process_duration_s": scene.process_duration,
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "time_step_s": model.timing.time_step,
@@ -47,7 +49,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
             {
                 "name": tool.name,
                 "facets": len(tool.triangles),
-                "friction": scene.friction_of(tool),
+                "friction": _friction(scene.friction_of(tool)),
                 "motion": plain(tool.motion),
             }
             for tool in scene.tools
@@ -116,11 +118,16 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _ply_friction(scene: Setup) -> float | list[dict[str, Any]]:
+def _friction(friction: Friction) -> float | dict[str, Any]:
+    """A coefficient, or all of a law."""
+    return plain(friction) if friction.varies or friction.source else friction.coefficient
+
+
+def _ply_friction(scene: Setup) -> Any:
     """One coefficient for all, or that of each pair of fabrics."""
     if not isinstance(scene.ply_friction, Mapping):
-        return scene.ply_friction
+        return plain(scene.ply_friction)
     return [
-        {"fabrics": list(fabrics), "friction": friction}
+        {"fabrics": list(fabrics), "friction": plain(friction)}
         for fabrics, friction in scene.ply_friction.items()
     ]

@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 
 from warpdrape.errors import InputError, finite, positive
+from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
@@ -24,13 +25,14 @@ class Tool:
         name: how results call it.
         surface: facets and normals, where the tool stands at the start [m].
         motion: still, along a stroke or path, or floating under a force.
-        friction: Coulomb coefficient against the plies [-]; None takes the scene's.
+        friction: Coulomb coefficient against the plies [-], or a `Friction`; None takes the
+            scene's.
     """
 
     name: str
     surface: Surface
     motion: Motion = field(default_factory=Still)
-    friction: float | None = None
+    friction: float | Friction | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
@@ -40,7 +42,7 @@ class Tool:
         if not isinstance(self.motion, Still | Stroke | Path | Float):
             raise InputError(f"tool {self.name!r}: motion = {self.motion!r} is not a motion")
         if self.friction is not None:
-            positive(f"tool {self.name!r}: friction", self.friction, zero=True)
+            friction_of(f"tool {self.name!r}: friction", self.friction)
         mesh = self.surface.mesh
         if len(mesh.faces) == 0:
             raise InputError(f"tool {self.name!r}: its mesh has no facets: give it a surface")

@@ -1,4 +1,4 @@
-"""Coulomb friction: a block on an incline, a rope over a drum."""
+"""Friction: a block on an incline, a rope over a drum."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from warpdrape import Clamp, Numerics, Path, Ply, Scene, Tool, lay_up
+from warpdrape import Clamp, Friction, Numerics, Path, Ply, Scene, Tool, lay_up
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.strip import yarn_fabric
 
@@ -15,7 +15,7 @@ DRUM = 0.05
 EDGE = 5e-3
 
 
-def _slide(friction: float, angle: float, duration: float) -> float:
+def _slide(friction: float | Friction, angle: float, duration: float, **settings: float) -> float:
     """Way [m] that a patch slides down a plate; gravity is tilted in place of the plate."""
     ply = Ply.rectangle("block", yarn_fabric(1e5, 0.6), 0.02, cells=2)
     scene = Scene(
@@ -25,6 +25,7 @@ def _slide(friction: float, angle: float, duration: float) -> float:
         duration=duration,
         friction=friction,
         gravity=(GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle)),
+        **settings,
     )
     formed = scene.run(frames=4).plies[0]
     return float((formed.points - formed.rest_points)[:, 0].mean())
@@ -85,6 +86,26 @@ def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
     )
 
 
+def viscous() -> CaseResult:
+    """Where μ rises in proportion to the speed, v = (a/b)(1 − e^(−bt)), a = g sin α."""
+    duration, angle, slower, rise = 0.02, 0.4, 50.0, 100.0
+    law = Friction(coefficient=1.0, by_speed=((0.0, 0.0), (1.0, rise)))
+    way = _slide(law, angle, duration, process_duration=slower * duration)
+    a, b = GRAVITY * math.sin(angle), rise / slower * GRAVITY * math.cos(angle)
+    exact = a / b * (duration - (1.0 - math.exp(-b * duration)) / b)
+    return relative("incline: way slid, friction by speed", way, exact, 0.01, "m")
+
+
+def pressed() -> CaseResult:
+    """Where μ falls with pressure, that of the block's own weight."""
+    duration, angle = 0.03, 0.4
+    law = Friction(coefficient=0.3, by_pressure=((0.0, 0.5), (10.0, 0.05)))
+    mu = law(pressure=yarn_fabric(1e5, 0.6).areal_density * GRAVITY * math.cos(angle))
+    exact = 0.5 * GRAVITY * (math.sin(angle) - mu * math.cos(angle)) * duration**2
+    way = _slide(law, angle, duration)
+    return relative("incline: way slid, friction by pressure", way, exact, 0.01, "m")
+
+
 def friction(quick: bool) -> list[CaseResult]:
     """All cases of this file."""
-    return [*incline(), capstan()]
+    return [*incline(), viscous(), pressed(), capstan()]
