@@ -50,6 +50,7 @@ class PlyMemory:
     seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
     wait: wp.int32  # searches until which it cannot have come near
     ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
+    across: wp.int32  # 1 if it lies across the stacking order, 2 if undecided past the border
 
 
 @wp.struct

@@ -2,7 +2,8 @@
 
 `find_ply_contacts` runs every few steps and finds the nearest triangle; `add_ply_forces` runs every
 step on the weights and normal it found there. A slot is a vertex and the plies above it, or below:
-its contact is with a triangle of one of them. The stacking order never changes.
+its contact is with a triangle of one of them. The stacking order is kept, but for vertices that go
+round another ply's border: those lie across from then on, until they come back round it.
 """
 
 import warp as wp
@@ -50,7 +51,9 @@ class PlyPlane:
     normal: wp.vec3d  # towards the vertex's side
     gap: wp.float64  # m
     rise: wp.float64  # of the plane over the nearest point, less the thickness [m]
+    height: wp.float64  # of the vertex over the ply's mid-surface, room in the hollow included [m]
     beyond: wp.int32  # 1 past the ply's border, 2 where it is left alone there
+    across: wp.int32  # 1 on the other side than the stacking order says, 2 undecided
 
 
 @wp.func
@@ -93,6 +96,7 @@ def plane_of(
     face = wp.where(side > wp.float64(0.0), 0, 1)
     room = wp.vec3d(hollows[a][face], hollows[b][face], hollows[c][face])
     over = thickness - wp.dot(w, room)
+    plane.height = height + wp.dot(w, room)
     plane.normal = outward
     plane.gap = height - over
     if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
@@ -110,6 +114,51 @@ def plane_of(
         plane.normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
         plane.gap = distance - over
     plane.rise = wp.dot(plane.normal, offset) - plane.gap - thickness
+    return plane
+
+
+@wp.func
+def is_same_place(asked: NearestFacet, walked: NearestFacet, thickness: wp.float64) -> bool:
+    """Whether a vertex sees the place that it has seen so far, and none on another fold."""
+    return wp.length(asked.offset - walked.offset) < wp.float64(0.1) * thickness
+
+
+@wp.func
+def plane_on_side(
+    facets: PlyFacets,
+    nearest: NearestFacet,
+    side: wp.float64,
+    before: int,
+    thickness: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+    normals: wp.array(dtype=wp.vec3d),
+    hollows: wp.array(dtype=wp.vec2d),
+) -> PlyPlane:
+    """Plane of a ply on the side on which a vertex lies.
+
+    A vertex changes sides past the ply's border, once it is a thickness beyond the mid-surface and
+    so touches neither side. One that comes in sight, or back from where it was left alone, takes
+    the side on which it is then.
+
+    Args:
+        facets: of all plies.
+        nearest: the place.
+        side: +1 for a vertex that the stacking order puts above the ply, −1 for one below.
+        before: 0 if it lay in the stacking order at the last search, 1 across, 2 if undecided.
+        thickness: of the mid-surfaces in contact [m].
+        x: positions [m], shape [vertex].
+        normals: unit vertex normals, shape [vertex].
+        hollows: room on the hollow sides, above and below [m], shape [vertex].
+    """
+    across = before % 2
+    side_now = wp.where(across == 1, -side, side)
+    plane = plane_of(facets, nearest, side_now, thickness, x, normals, hollows)
+    far = plane.beyond > 0 and plane.height < -thickness
+    new = before == 2 and plane.beyond == 0 and plane.height < -wp.float64(0.5) * thickness
+    if far or new:
+        across = 1 - across
+        plane = plane_of(facets, nearest, -side_now, thickness, x, normals, hollows)
+    plane.across = wp.where(plane.beyond == 2, 2, across)
     return plane
 
 
@@ -136,9 +185,9 @@ def find_ply_contacts(
 ):
     """Find the nearest triangle of the next ply above or below; one thread a vertex.
 
-    Where that ply does not cover a vertex, those beyond it are asked, up to one that does: the ply
-    with the least gap counts. So each vertex touches one ply above and one below at most, however
-    high the stack.
+    Where that ply does not cover a vertex, or lies across, those beyond it are asked, up to one
+    that covers it in its order: the ply with the least gap counts. So each vertex touches one ply
+    above and one below at most, however high the stack.
 
     When the gap would jump to a deeper penetration (facets change, a vertex comes back over a
     border) the difference is allowed for (`settled`); where it jumps out, what the springs lose
@@ -185,6 +234,7 @@ def find_ply_contacts(
     plane = PlyPlane()
     plane.beyond = 2
     met = memory[slot].ply - 1
+    last = wp.where(memory[slot].seen > 0, met, -1)
     if search.asks == 1:
         count = stack.half.shape[0]
         ply = searching + way
@@ -194,26 +244,33 @@ def find_ply_contacts(
             there = ask_for_nearest(facets, stack.meshes[ply], first, search.radius, x, x[i])
             if there.facet >= 0:
                 thickness = stack.half[searching] + stack.half[ply]
-                other = plane_of(facets, there, side, thickness, x, normals, hollows)
+                lay = wp.int32(2)
+                if ply == last:
+                    walked = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
+                    if is_same_place(there, walked, thickness):
+                        lay = memory[slot].across
+                other = plane_on_side(facets, there, side, lay, thickness, x, normals, hollows)
                 if nearest.facet < 0 or (
                     other.beyond < 2 and (plane.beyond == 2 or other.gap < plane.gap)
                 ):
                     nearest = there
                     plane = other
                     met = ply
-                if other.beyond == 0:
+                if other.beyond == 0 and other.across == 0:
                     ply = wp.where(way > 0, count, -1)
             ply += way
     elif memory[slot].seen > 0:
         nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
         thickness = stack.half[searching] + stack.half[met]
-        plane = plane_of(facets, nearest, side, thickness, x, normals, hollows)
+        lay = memory[slot].across
+        plane = plane_on_side(facets, nearest, side, lay, thickness, x, normals, hollows)
     memory[slot].seen = nearest.facet + 1
     if nearest.facet < 0:
         return
-    if memory[slot].ply != met + 1:
+    if memory[slot].ply != met + 1 or memory[slot].across != plane.across:
         slots.springs[slot] = wp.vec3d()
         memory[slot].ply = met + 1
+        memory[slot].across = plane.across
     if plane.beyond == 2:
         return
     gap = plane.gap
