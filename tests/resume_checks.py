@@ -70,7 +70,7 @@ def coupon():
 
 SCENES = {
     "fast": lambda: press(clamped=True, **FASTER),
-    "paced": lambda: press(kinetic_limit=0.02, safety=0.5),
+    "paced": lambda: press(kinetic_limit=0.3),
     "selective": lambda: press(mass_scaling="selective", minimum_time_step=1.2e-5),
     "friction between fibres": lambda: press(CURVED),
     "membranes, exact": lambda: press(ELASTIC, contact="exact"),

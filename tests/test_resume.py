@@ -1,10 +1,9 @@
 """A run that was cut off goes on from its checkpoint to the same result, to the last bit."""
 
-import json
 
 import numpy as np
 import pytest
-from resume_checks import SCENES, assert_same_folder, cut_off, press, timeless
+from resume_checks import SCENES, assert_same_folder, cut_off, timeless
 
 FRAMES = 8
 

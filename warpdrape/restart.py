@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,7 @@ class Restart:
         tally: what the recorder had counted.
         parts: the fingerprint.
         peak_speed: of tools and clamps, as contact searches allow for it [m/s].
-        call: scene and settings, as the command line gave them.
+        call: how the command line began it.
         history: mark of the rows.
         frames: mark of the animation.
         arrays: bytes of what the steps write.
@@ -68,7 +68,7 @@ class Restart:
     tally: Tally
     parts: Mapping[str, Any]
     peak_speed: float
-    call: Sequence[str]
+    call: Mapping[str, Any]
     history: Mapping[str, Any]
     frames: Mark
     arrays: Mapping[str, np.ndarray]
@@ -87,10 +87,9 @@ class Restart:
         """Raise `InputError` if a model is not that of the run, saying where it differs."""
         ours = fingerprint(model, threads)
         odd = differences(ours, self.parts, extending=extending)
-        for field in dataclasses.fields(Timing) if not odd else ():
-            mine, theirs = getattr(model.timing, field.name), getattr(self.timing, field.name)
-            if mine != theirs and field.name != "frames":
-                odd.append(f"{field.name} = {mine!r}, the run's {theirs!r}")
+        mine, theirs = model.masses.stable_step, self.timing.stable_step
+        if not odd and mine != theirs:
+            odd.append(f"stable step = {mine!r} s, the run's {theirs!r}")
         if odd:
             more = f", and {len(odd) - 3} more" if len(odd) > 3 else ""
             raise InputError(
@@ -139,7 +138,7 @@ def read_restart(folder: Path) -> Restart | None:
             tally=Tally(**record["tally"]),
             parts=dict(record["parts"]),
             peak_speed=float(record["peak_speed"]),
-            call=tuple(record["call"]),
+            call=dict(record["call"]),
             history=dict(record["history"]),
             frames=Mark.of(record["frames"], frames),
             arrays=arrays,
@@ -200,7 +199,7 @@ class Keeper:
             "tally": dataclasses.asdict(self._recorder.tally),
             "parts": self._parts,
             "peak_speed": peak_speed(self._model.scene),
-            "call": list(self._model.scene.call),
+            "call": dict(self._model.scene.call),
             "history": history,
             "frames": frames.record(),
         }

@@ -31,7 +31,7 @@ class Scene(Setup):
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
-        call: scene and settings as the command line gave them, for ``warpdrape resume``.
+        call: how the command line began it, for ``warpdrape resume``; empty from Python.
         report: function of the finished result to further entries of ``summary.json``.
         write: function of the finished result and its run folder that adds files to it.
     """

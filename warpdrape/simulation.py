@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from warpdrape.cadence import Cadence, read_cadence
 from warpdrape.contact.closing import closing_tools
@@ -72,7 +72,7 @@ def run_scene(
         triangles = sum(len(ply.mesh.triangles) for ply in scene.plies)
         threads = choose_threads(threads, device, triangles)
         model, state = _prepare(scene, device, frames, threads, earlier, extend)
-        loading = Loading(scene, model.timing, earlier and earlier.clock)
+        loading = Loading(model.scene, model.timing, earlier and earlier.clock)
         with Stops() as stops:
             run = _Run(model, state, threads, folder, loading, cadence, stops, earlier, extend)
             return run.compute(quiet=quiet, profile=profile)
@@ -112,9 +112,9 @@ def _prepare(
         return model, state
     if extend:
         scene, timing = longer(scene, frames, earlier)
-        model = build_model(scene, device, timing.frames, timing)
     else:
-        model = build_model(scene, device, frames or earlier.timing.frames)
+        timing = replace(earlier.timing, frames=frames or earlier.timing.frames)
+    model = build_model(scene, device, timing.frames, timing)
     check_steps(model)
     earlier.check(model, threads, extending=extend)
     return model, initial_state(model)
