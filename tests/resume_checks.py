@@ -82,9 +82,10 @@ class Cut(Exception):
     """In place of a kill."""
 
 
-def cut_off(scene, folder: Path, frame: int, monkeypatch, *, frames=8, every=2, threads=1):
+def cut_off(scene, folder: Path, frame, monkeypatch, *, frames=8, every=2, threads=1, resume=None):
     """Leave a folder as a run leaves it that is killed just before a frame's checkpoint."""
-    at_frame, whole = restart.Keeper.at_frame, folder.with_name(folder.name + " whole")
+    at_frame = restart.Keeper.at_frame
+    whole = folder.with_name(folder.name + " whole") if resume is None else resume
 
     def stop(self, now):
         if now == frame:
@@ -96,7 +97,10 @@ def cut_off(scene, folder: Path, frame: int, monkeypatch, *, frames=8, every=2, 
     with monkeypatch.context() as patch:
         patch.setattr(restart.Keeper, "at_frame", stop)
         try:
-            scene.run(whole, frames=frames, checkpoint=every, threads=threads)
+            if resume is None:
+                scene.run(whole, frames=frames, checkpoint=every, threads=threads)
+            else:
+                scene.run(resume=whole, checkpoint=every)
         except Cut:
             shutil.rmtree(whole)
             return

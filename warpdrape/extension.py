@@ -11,7 +11,6 @@ import numpy as np
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import InputError
 from warpdrape.setup import Setup
-from warpdrape.state import State
 from warpdrape.timing import Timing, peak_speed
 from warpdrape.tools.motion import Float
 
@@ -45,34 +44,35 @@ def longer(scene: Setup, frames: int | None, earlier: Restart) -> tuple[Setup, T
     return dataclasses.replace(scene, duration=total * each), timing
 
 
-def check_motions(model: Model, state: State, now: float) -> None:
-    """Refuse motions that jump from where tools and clamps are.
+def check_motions(model: Model, earlier: Restart) -> None:
+    """Refuse motions that jump from where the run has left tools and clamps.
 
     Args:
         model: the model.
-        state: put back.
-        now: time of the motions [s].
+        earlier: the run.
 
     Raises:
         InputError: naming the tool or clamp.
     """
-    step, peak = model.timing.time_step, peak_speed(model.scene)
-    times = np.array([now - step, now, now + step])
-    shift, velocity = state.tools.shift.numpy(), state.tools.velocity.numpy()
-    for number, tool in enumerate(model.scene.tools):
+    scene, now, step = model.scene, earlier.clock.time, model.timing.time_step
+    times, peak = np.array([now, now + step]), peak_speed(scene)
+    for number, tool in enumerate(scene.tools):
         if isinstance(tool.motion, Float):
             continue
-        _, here, there = tool.motion.displacement(times)
-        jump = float(np.linalg.norm(here - shift[number]))
-        jerk = float(np.linalg.norm((there - here) / step - velocity[number]))
+        shift, velocity = (
+            earlier.floats(name, 3)[number] for name in ("tools.shift", "tools.velocity")
+        )
+        here, there = tool.motion.displacement(times)
+        jump = float(np.linalg.norm(here - shift))
+        jerk = float(np.linalg.norm((there - here) / step - velocity))
         _refuse_jump(f"tool {tool.name!r}", jump, jerk, step, peak)
-    count = len(model.scene.clamps)
-    tables = [a.numpy() for a in (state.clamps.shift, state.clamps.matrix)] if count else []
-    done = int(state.step.numpy()[0])
-    for number, clamp in enumerate(model.scene.clamps):
-        was, turned = (table.reshape(count, -1, *table.shape[1:])[number, done] for table in tables)
-        _, here, _ = clamp.motion.displacement(times)
-        matrix = clamp.matrix(times)[1] if clamp.matrix else np.eye(3)
+    done = int(earlier.arrays["step"].view(np.int32)[0])
+    for number, clamp in enumerate(scene.clamps):
+        row = number * (model.timing.steps_ahead + 1) + done
+        was = earlier.floats("clamps.shift", 3)[row]
+        turned = earlier.floats("clamps.matrix", 9)[row].reshape(3, 3)
+        here, _ = clamp.motion.displacement(times)
+        matrix = clamp.matrix(times)[0] if clamp.matrix else np.eye(3)
         jump = float(np.linalg.norm(here - was) + np.abs(matrix - turned).max())
         _refuse_jump(f"clamp {clamp.name!r}", jump, 0.0, step, peak)
 

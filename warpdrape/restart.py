@@ -83,6 +83,13 @@ class Restart:
         """Of the run [s]."""
         return float(self.parts["duration"])
 
+    def floats(self, name: str, columns: int) -> np.ndarray:
+        """An array of real numbers, shape [entry, columns]."""
+        try:
+            return self.arrays[name].view(np.float64).reshape(-1, columns)
+        except (KeyError, ValueError) as error:
+            raise damaged(self.folder, f"{name}: {error}") from error
+
     def check(self, model: Model, threads: int, *, extending: bool) -> None:
         """Raise `InputError` if a model is not that of the run, saying where it differs."""
         ours = fingerprint(model, threads)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 
 from warpdrape.cadence import Cadence, read_cadence
@@ -61,7 +61,7 @@ def run_scene(
     check_device(device)
     folder = _folder(out, resume, overwrite)
     earlier = None
-    try:
+    with Stops() as stops, nullcontext() if folder is None else closing(folder):
         if resume is not None:
             folder.take()
             earlier = read_restart(folder.path)
@@ -72,13 +72,10 @@ def run_scene(
         triangles = sum(len(ply.mesh.triangles) for ply in scene.plies)
         threads = choose_threads(threads, device, triangles)
         model, state = _prepare(scene, device, frames, threads, earlier, extend)
+        stops.check()
         loading = Loading(model.scene, model.timing, earlier and earlier.clock)
-        with Stops() as stops:
-            run = _Run(model, state, threads, folder, loading, cadence, stops, earlier, extend)
-            return run.compute(quiet=quiet, profile=profile)
-    finally:
-        if folder is not None:
-            folder.leave()
+        run = _Run(model, state, threads, folder, loading, cadence, stops, earlier, extend)
+        return run.compute(quiet=quiet, profile=profile)
 
 
 def _folder(
@@ -117,6 +114,8 @@ def _prepare(
     model = build_model(scene, device, timing.frames, timing)
     check_steps(model)
     earlier.check(model, threads, extending=extend)
+    if extend:
+        check_motions(model, earlier)
     return model, initial_state(model)
 
 
@@ -209,10 +208,8 @@ class _Run:
             return 0
         self.earlier.put_back(stepper)
         self.recorder.look_again(self.state)
-        if self.extend:
-            check_motions(self.model, self.state, self.loading.time)
-            if keeper is not None:
-                keeper.take(self.earlier.frame)
+        if self.extend and keeper is not None:
+            keeper.take(self.earlier.frame)
         return self.earlier.frame
 
     def _step_frame(self, stepper: Stepper, frame: int, words: str) -> None:

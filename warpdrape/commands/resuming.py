@@ -56,6 +56,11 @@ def begun(folder: Path) -> Begun:
         at_end = restart.frame == restart.timing.frames
         frames = restart.timing.frames
     else:
+        if not (folder / RUN).exists():
+            raise InputError(
+                f"run folder {folder} holds no checkpoint, and no {RUN}, as its run was cut off "
+                "before its first frame: run the scene anew, with --overwrite"
+            )
         parts = record(folder / RUN)
         call, at_end, frames = parts.get("call"), False, parts.get("frames")
     try:

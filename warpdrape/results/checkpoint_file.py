@@ -54,19 +54,17 @@ def write_checkpoint(folder: Path, checkpoint: Checkpoint, *, small: bool = Fals
         RunFailed: when the disk refuses; the one before is kept then.
     """
     text = json.dumps({"form": FORM, **checkpoint.record}, allow_nan=False, ensure_ascii=False)
-    how = {"compression": zipfile.ZIP_DEFLATED, "compresslevel": 1} if small else {}
-
-    def write(partial: Path) -> None:
-        with zipfile.ZipFile(partial, "w", allowZip64=True, **how) as members:
-            members.writestr(_RECORD, text)
-            for number, (name, array) in enumerate(checkpoint.arrays.items()):
-                info = zipfile.ZipInfo(f"{number:04d}.npy")
-                info.comment = name.encode()
-                info.compress_type = members.compression
-                with members.open(info, "w", force_zip64=array.nbytes > 2**31) as member:
-                    np.lib.format.write_array(member, array, allow_pickle=False)
-
-    write_whole(folder / CHECKPOINT, write)
+    how = zipfile.ZIP_DEFLATED if small else zipfile.ZIP_STORED
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w", how, compresslevel=1) as members:
+        members.writestr(_RECORD, text)
+        for number, (name, array) in enumerate(checkpoint.arrays.items()):
+            info = zipfile.ZipInfo(f"{number:04d}.npy")
+            info.comment = name.encode()
+            info.compress_type = how
+            with members.open(info, "w", force_zip64=array.nbytes > 2**31) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+    write_whole(folder / CHECKPOINT, lambda partial: partial.write_bytes(whole.getbuffer()))
 
 
 def read_checkpoint(folder: Path) -> Checkpoint | None:

@@ -121,7 +121,7 @@ class RunFolder:
         return self.path / SCENE
 
     def take(self) -> None:
-        """Make the folder and keep other runs out, until `leave`.
+        """Make the folder and keep other runs out, until `close`.
 
         Raises: InputError when one writes there now, or has left results since.
         """
@@ -132,7 +132,7 @@ class RunFolder:
         self._lock.take()
         self._refuse_old()
 
-    def leave(self) -> None:
+    def close(self) -> None:
         """Let other runs in."""
         self._lock.release()
 
