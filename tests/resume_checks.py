@@ -130,7 +130,8 @@ def samples(path: Path) -> dict:
 
 def assert_same_folder(one: Path, other: Path) -> None:
     """Same files; same frames, rows, summary to the last bit."""
-    assert sorted(f.name for f in one.iterdir()) == sorted(f.name for f in other.iterdir())
+    names = [sorted(f.name for f in folder.iterdir()) for folder in (one, other)]
+    assert names[0] == names[1], names
     for name in ("history.csv", "run.json", "coupon.csv"):
         if (one / name).exists():
             assert (one / name).read_bytes() == (other / name).read_bytes(), name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,7 @@ def resume(arguments: argparse.Namespace) -> Result | None:
     from warpdrape.cadence import read_cadence
     from warpdrape.commands.extending import extended, read_extension
     from warpdrape.commands.resuming import begun, complete, scene_of
+    from warpdrape.results.run_folder import RunFolder
 
     folder, extension = Path(arguments.run), None
     read_cadence(arguments.checkpoint)
@@ -49,6 +51,8 @@ def resume(arguments: argparse.Namespace) -> Result | None:
         extension = read_extension(arguments.extend)
     run = begun(folder)
     if extension is None and complete(folder):
+        with closing(RunFolder.of_run(folder)) as left:  # by a run that was killed at its very end
+            left.take()
         return None
     with interrupt_kept():
         script = scene_of(folder, run, arguments.scene)

@@ -180,6 +180,7 @@ class RunFolder:
         try:
             for name in (SUMMARY, COUPON, COUPON_PLOT):
                 (self.path / name).unlink(missing_ok=True)
+            for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT):
                 partial_path(self.path / name).unlink(missing_ok=True)
             for name in (SCENE, HISTORY):
                 final = self.path / name
