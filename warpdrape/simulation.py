@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from contextlib import closing, nullcontext
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 
 from warpdrape.cadence import Cadence, read_cadence
@@ -31,7 +32,7 @@ from warpdrape.results.run_folder import RunFolder
 from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.stops import Stops
-from warpdrape.warp_start import check_device
+from warpdrape.warp_start import cache_damage, check_device
 from warpdrape.watch import where_it_blew_up
 
 FRAMES = 60
@@ -61,7 +62,8 @@ def run_scene(
     check_device(device)
     folder = _folder(out, resume, overwrite)
     earlier = None
-    with Stops() as stops, nullcontext() if folder is None else closing(folder):
+    place = nullcontext() if folder is None else closing(folder)
+    with Stops() as stops, place, _cache_watched():
         if resume is not None:
             folder.take()
             earlier = read_restart(folder.path)
@@ -76,6 +78,18 @@ def run_scene(
         loading = Loading(model.scene, model.timing, earlier and earlier.clock)
         run = _Run(model, state, threads, folder, loading, cadence, stops, earlier, extend)
         return run.compute(quiet=quiet, profile=profile)
+
+
+@contextmanager
+def _cache_watched() -> Iterator[None]:
+    """Say what to do where a compiled kernel cannot be loaded."""
+    try:
+        yield
+    except Exception as error:
+        words = cache_damage(error)
+        if not words:
+            raise
+        raise RunFailed(words) from error
 
 
 def _folder(

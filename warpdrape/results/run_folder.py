@@ -96,13 +96,14 @@ class RunFolder:
         folder = Path(path)
         if not folder.is_dir():
             raise InputError(f"run folder {folder} does not exist: give the folder of a run")
-        if not any(
-            f.exists()
-            for name in RESULTS
-            for f in (folder / name, folder / partial_path(Path(name)))
-        ):
+        found = cls(folder, overwrite=True)
+        old = found._old_files()
+        if not old:
             raise InputError(f"run folder {folder} holds no run: give the folder of one")
-        return cls(folder, overwrite=True)
+        for file in old:
+            if file.is_symlink():  # what is written there would be written elsewhere
+                raise InputError(f"{file} is a link: put the file itself there")
+        return found
 
     def _refuse_old(self) -> None:
         old = self._old_files()
@@ -157,14 +158,14 @@ class RunFolder:
         """
         self.begin()
         text = json.dumps(as_json(data, name), indent=2, ensure_ascii=False) + "\n"
-        final = self.path / name
+        final = self._place(name)
         write_whole(final, lambda p: p.write_text(text, encoding="utf-8", newline="\n"))
         return final
 
     def write_table(self, name: str, columns: Mapping[str, Any]) -> Path:
         """Write columns of equal length [n] as the file ``name`` (….csv); return its path."""
         self.begin()
-        final = self.path / name
+        final = self._place(name)
         values = [[as_json(v, f"{name}: {key}") for v in col] for key, col in columns.items()]
         text = io.StringIO()
         rows = csv.writer(text, lineterminator="\n")
@@ -193,13 +194,19 @@ class RunFolder:
     def write_figure(self, name: str, figure: Any) -> Path:
         """Write a matplotlib figure as the file ``name``, replacing it in one move."""
         self.begin()
-        final = self.path / name
+        final = self._place(name)
         write_whole(final, figure.savefig)
         return final
 
     def _old_files(self) -> list[Path]:
         finals = [self.path / name for name in RESULTS]
-        return [f for f in [*finals, *map(partial_path, finals)] if f.exists()]
+        return [f for f in [*finals, *map(partial_path, finals)] if os.path.lexists(f)]
+
+    def _place(self, name: str) -> Path:
+        """Path of a file of the folder; a name that would lead out of it is refused."""
+        if Path(name).name != name or set(name) & set("\\/:") or name in ("", ".."):
+            raise InputError(f"file name {name!r} must be a plain name, such as notes.csv")
+        return self.path / name
 
 
 def _check_writable(path: Path) -> None:
