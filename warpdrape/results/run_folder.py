@@ -183,6 +183,8 @@ class RunFolder:
                 (self.path / name).unlink(missing_ok=True)
             for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT):
                 partial_path(self.path / name).unlink(missing_ok=True)
+            for file in self._debris():
+                file.unlink()
             for name in (SCENE, HISTORY):
                 final = self.path / name
                 if final.exists():
@@ -200,7 +202,12 @@ class RunFolder:
 
     def _old_files(self) -> list[Path]:
         finals = [self.path / name for name in RESULTS]
-        return [f for f in [*finals, *map(partial_path, finals)] if os.path.lexists(f)]
+        found = [f for f in [*finals, *map(partial_path, finals)] if os.path.lexists(f)]
+        return found + self._debris()
+
+    def _debris(self) -> list[Path]:
+        """What a kill leaves while the library makes a new .usdc, under a name of its own."""
+        return sorted(self.path.glob(f"{partial_path(Path(SCENE)).stem}.??????"))
 
     def _place(self, name: str) -> Path:
         """Path of a file of the folder; a name that would lead out of it is refused."""
