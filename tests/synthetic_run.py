@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdrape.results.run_folder import RunFolder
+from warpdrape.results.run_folder import HISTORY, RunFolder
+from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
 
 FRAMES = 4
@@ -66,7 +67,8 @@ def write_run(path: Path) -> RunFolder:
     folder = RunFolder(path)
     folder.begin()
     folder.write_json("run.json", {"scene": "saddle"})
-    with UsdWriter(folder.scene_path, *shapes()) as scene, folder.history() as history:
+    rows = HistoryWriter(folder.path / HISTORY)
+    with UsdWriter(folder.scene_path, *shapes()) as scene, rows as history:
         for k in range(FRAMES):
             part = k / (FRAMES - 1)
             scene.write(k, STROKE_S * part, frames_at(part), [[0.0, 0.0, -0.01 * k]])

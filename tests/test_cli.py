@@ -101,12 +101,12 @@ def test_interrupt_keeps_the_frames(tmp_path, capsys, monkeypatch):
     assert not list(tmp_path.glob(".*"))
 
 
-@pytest.mark.parametrize("moment", ["Stepper", "measure"])
+@pytest.mark.parametrize("moment", ["simulation.Stepper", "recorder.measure"])
 def test_interrupt_before_the_first_frame(moment, tmp_path, capsys, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"warpdrape.simulation.{moment}", interrupted)
+    monkeypatch.setattr(f"warpdrape.{moment}", interrupted)
     assert run("run", "hemisphere", "--out", tmp_path, *QUICK) == 1
     assert capsys.readouterr().err == "warpdrape: error: interrupted by the user\n"
     assert json.loads((tmp_path / "summary.json").read_text())["status"] == "failed"

@@ -94,6 +94,7 @@ def test_with_a_folder_the_result_is_what_was_written(tmp_path):
     out = tmp_path / "run"
     result = small_press(duration=4e-4).run(out, frames=2)
     assert sorted(p.name for p in out.iterdir()) == [
+        "checkpoint.npz",
         "history.csv",
         "run.json",
         "scene.usdc",

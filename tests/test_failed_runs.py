@@ -74,7 +74,7 @@ def test_a_number_that_is_not_finite_never_reaches_the_files(tmp_path, capsys, m
 
 @pytest.mark.parametrize("which", ["strain", "line_tension"])
 def test_a_triangle_that_is_not_finite_is_named(which, tmp_path, monkeypatch):
-    from warpdrape.simulation import measure
+    from warpdrape.recorder import measure
 
     frames = []
 
@@ -85,7 +85,7 @@ def test_a_triangle_that_is_not_finite_is_named(which, tmp_path, monkeypatch):
             measured[0].fields[0][which][17, 1] = math.nan
         return measured
 
-    monkeypatch.setattr("warpdrape.simulation.measure", spoilt)
+    monkeypatch.setattr("warpdrape.recorder.measure", spoilt)
     result = hemisphere.build(**SMALL).run(tmp_path, frames=5)
     message = result.summary["message"]
     assert "in ply 'ply_0', triangle 17: its values are not finite" in message
@@ -95,6 +95,7 @@ def test_a_triangle_that_is_not_finite_is_named(which, tmp_path, monkeypatch):
 
 def _check_files_are_whole_and_finite(folder, summary):
     assert sorted(f.name for f in folder.iterdir()) == [
+        "checkpoint.npz",
         "history.csv",
         "run.json",
         "scene.usdc",

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.results.run_folder import RESULTS, HistoryWriter, RunFolder
+from warpdrape.results.run_folder import RESULTS, RunFolder
+from warpdrape.results.tables import HistoryWriter
 
 
 def names(folder: Path) -> list[str]:
@@ -120,7 +121,7 @@ def test_full_disk_is_a_failed_run(tmp_path, monkeypatch):
 
 def test_history_grows_row_by_row(tmp_path):
     partial = tmp_path / ".history.partial.csv"
-    with RunFolder(tmp_path).history() as history:
+    with HistoryWriter(tmp_path / "history.csv") as history:
         history.append({"time_s": 0.0, "punch_force_n": np.float64(0.1)})
         assert partial.read_text() == "time_s,punch_force_n\n0.0,0.1\n"
         history.append({"punch_force_n": 1 / 3, "time_s": np.float64(1e-3)})  # any order
@@ -133,7 +134,7 @@ def test_history_grows_row_by_row(tmp_path):
 
 
 def test_history_refuses_other_columns_and_nan(tmp_path):
-    with pytest.raises(RuntimeError), RunFolder(tmp_path).history() as history:
+    with pytest.raises(RuntimeError), HistoryWriter(tmp_path / "history.csv") as history:
         history.append({"time_s": 0.0, "kinetic_j": 0.0})
         with pytest.raises(ValueError, match=r"history.csv: kinetic_j not in both"):
             history.append({"time_s": 1.0})

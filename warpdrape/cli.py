@@ -10,9 +10,12 @@ import warnings
 from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-from warpdrape.commands.arguments import OUT, build_parser
+from warpdrape.commands.arguments import build_parser, whole
+
+if TYPE_CHECKING:
+    from warpdrape.results.result import Result
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
 """Exit status: all went well; the run failed; the input cannot be used."""
@@ -63,50 +66,29 @@ def _dispatch(argv: list[str]) -> int:
         parser.print_help()
         return DONE
     command = _COMMANDS[arguments.command]
-    if arguments.quiet and command is not _run:
+    if arguments.quiet and command not in (_run, _resume):
         with redirect_stdout(io.StringIO()):
             return command(arguments)
     return command(arguments)
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from warpdrape.commands.interrupts import interrupt_kept
-    from warpdrape.commands.scene_library import find_script
-    from warpdrape.results.run_folder import RunFolder
+    from warpdrape.commands.running import run
 
-    frames = _whole("--frames", arguments.frames, least=1)
-    threads = None
-    if arguments.threads is not None:
-        threads = _whole("--threads", arguments.threads, least=1)
-    with interrupt_kept():
-        script = find_script(arguments.scene)
-        script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
-    folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
-    RunFolder(folder, arguments.overwrite)
-    with interrupt_kept():
-        import warpdrape.simulation  # all that a run imports  # noqa: F401
-        from warpdrape.results.summary_text import summary_text
-        from warpdrape.warp_start import check_device, kernels_are_compiled, start_warp
+    return _ended(run(arguments))
 
-    start_warp()
-    check_device(arguments.device)
-    scene = script.make(arguments.settings)
-    if not arguments.quiet and not kernels_are_compiled():
-        print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
-    result = scene.run(
-        folder,
-        device=arguments.device,
-        frames=frames,
-        overwrite=arguments.overwrite,
-        quiet=arguments.quiet,
-        profile=arguments.profile,
-        threads=threads,
-    )
-    print(summary_text(result.summary, folder))
-    if arguments.profile:
-        from warpdrape.dynamics.phases import phase_table
 
-        print(f"\n{phase_table(result.summary['phases_s'])}")
+def _resume(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.running import resume
+
+    result = resume(arguments)
+    if result is None:
+        print(f"{arguments.run} is complete: extend it with --extend, or look at its summary.json")
+        return DONE
+    return _ended(result)
+
+
+def _ended(result: Result) -> int:
     if result.completed:
         return DONE
     return _complain(result.summary["message"], FAILED)
@@ -156,7 +138,7 @@ def _picture(arguments: argparse.Namespace) -> int:
     from warpdrape.errors import InputError
     from warpdrape.results.picture import draw_ply, draw_stack
 
-    frame = _whole("--frame", arguments.frame)
+    frame = whole("--frame", arguments.frame)
     options = {"frame": frame, "out": arguments.out, "tools": arguments.tools}
     options |= {"field": arguments.field}
     if arguments.stack and arguments.ply is not None:
@@ -202,25 +184,13 @@ def _info(_: argparse.Namespace) -> int:
 
 _COMMANDS = {
     "run": _run,
+    "resume": _resume,
     "scenes": _scenes,
     "fabrics": _fabrics,
     "picture": _picture,
     "verify": _verify,
     "info": _info,
 }
-
-
-def _whole(option: str, text: str, least: int | None = None) -> int:
-    """Read a whole number."""
-    from warpdrape.errors import InputError
-
-    try:
-        number = int(text)
-    except ValueError:
-        raise InputError(f"{option} {text} must be a whole number") from None
-    if least is not None and number < least:
-        raise InputError(f"{option} {number} must be {least} or more")
-    return number
 
 
 def _print_list(lines: dict[str, str]) -> None:

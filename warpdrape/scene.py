@@ -34,6 +34,7 @@ class Scene(Setup):
         numerics: how it is computed.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
+        call: how the command line began it, for ``warpdrape resume``; empty from Python.
         report: function of the finished result to further entries of ``summary.json``.
         write: function of the finished result and its run folder that adds files to it.
     """
@@ -43,24 +44,34 @@ class Scene(Setup):
         out: str | os.PathLike | None = None,
         *,
         device: str = "cpu",
-        frames: int = 60,
+        frames: int | None = None,
         overwrite: bool = False,
         quiet: bool = True,
         profile: bool = False,
         threads: int | None = None,
+        resume: str | os.PathLike | None = None,
+        extend: bool = False,
+        checkpoint: str | int = "auto",
     ) -> Result:
         """Compute the scene.
 
         Args:
             out: run folder to write; None writes nothing.
             device: "cpu" or "cuda:0".
-            frames: frames of the animation and rows of the history.
+            frames: frames of the animation and rows of the history; None takes 60, or those of the
+                run that goes on.
             overwrite: replace results that the folder holds.
             quiet: show no progress.
             profile: time the phases now and then, for the entry ``phases_s`` of the summary.
             threads: of the CPU that share the steps; None takes the physical cores for a large
                 model and one for a small one. Results differ by rounding from one number to
                 another, and are the same to the bit for one.
+            resume: folder of a run of this scene that was cut off: go on from its last checkpoint,
+                to the same result.
+            extend: go on beyond the end of that run, for the scene's longer ``duration`` or more
+                ``frames``; motions must begin where the run has come to.
+            checkpoint: how often to keep one: every so many frames, a time such as "60s", "auto"
+                for as often as it takes less than a hundredth of the time, or "none".
 
         Returns:
             The finished run; ``result.summary["status"]`` says "completed" or "failed".
@@ -79,4 +90,7 @@ class Scene(Setup):
             quiet=quiet,
             profile=profile,
             threads=threads,
+            resume=resume,
+            extend=extend,
+            checkpoint=checkpoint,
         )

@@ -100,6 +100,7 @@ class Setup:
     numerics: Numerics = field(default_factory=Numerics)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     script: str = ""
+    call: Mapping[str, Any] = field(default_factory=dict)
     report: Callable[[Result], Mapping[str, Any]] | None = None
     write: Callable[[Result, RunFolder], None] | None = None
 

@@ -161,18 +161,25 @@ def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampS
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:
-    """Every array of a record, those of records and tuples within: dotted name, array, sharing."""
+    """Every array of a record, those of records and tuples within: dotted name, array, sharing.
+
+    Raises:
+        TypeError: naming what is none of these, nor a constant: it would be left out.
+    """
     if isinstance(record, wp.array):
         yield name, record, Across.SHARED
-    if isinstance(record, tuple):
+    elif isinstance(record, tuple):
         for number, each in enumerate(record):
-            yield from all_arrays(each, f"{name}.{number}")
-    for field in dataclasses.fields(record) if dataclasses.is_dataclass(record) else ():
-        value, inner = getattr(record, field.name), f"{name}.{field.name}".lstrip(".")
-        if isinstance(value, wp.array):
-            yield inner, value, _across(record, field.name)
-        else:
-            yield from all_arrays(value, inner)
+            yield from all_arrays(each, f"{name}.{number}".lstrip("."))
+    elif dataclasses.is_dataclass(record):
+        for field in dataclasses.fields(record):
+            value, inner = getattr(record, field.name), f"{name}.{field.name}".lstrip(".")
+            if isinstance(value, wp.array):
+                yield inner, value, _across(record, field.name)
+            else:
+                yield from all_arrays(value, inner)
+    elif record is not None and not isinstance(record, str | int | float):
+        raise TypeError(f"{name} is a {type(record).__name__}: a state holds arrays and records")
 
 
 def _across(record: Any, name: str) -> Across:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -57,19 +58,32 @@ def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tup
     )
 
 
-class Watch:
-    """Looks at a run's state for what is wrong, and keeps what is to be said of it.
+@dataclass
+class Seen:
+    """All that changes of a `Watch`.
 
     Attributes:
         grown: share of the energy that came from nowhere, where that ended the run [-].
         squeezed: the deepest squeeze between tools so far, in words; empty where there was none.
+        squeeze: the same in numbers.
     """
 
-    def __init__(self, model: Model) -> None:
-        """Nothing seen yet."""
-        self.grown, self.squeezed = 0.0, ""
+    grown: float = 0.0
+    squeezed: str = ""
+    squeeze: Squeeze | None = None
+
+
+class Watch:
+    """Looks at a run's state for what is wrong, and keeps what is to be said of it.
+
+    Attributes:
+        seen: all of it that changes.
+    """
+
+    def __init__(self, model: Model, seen: Seen | None = None) -> None:
+        """Nothing seen yet; or go on from what was."""
+        self.seen = Seen() if seen is None else seen
         self._model = model
-        self._squeeze: Squeeze | None = None
         self._passages = Passages(model.scene, model.spans, model.device)
         laws = [ply.fabric.compaction for ply in model.scene.plies]
         counts = [span.vertex_count for span in model.spans]
@@ -117,10 +131,10 @@ class Watch:
         speed = model.medium.speed_limit / 100.0
         scale = max(energies.largest, 0.5 * float(model.masses.mass.sum()) * speed**2)
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
-            self.grown = energies.unbalanced / scale
+            self.seen.grown = energies.unbalanced / scale
             fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
-            if self._squeeze is not None:
-                raise RunFailed(self.squeezed)
+            if self.seen.squeeze is not None:
+                raise RunFailed(self.seen.squeezed)
             raise RunFailed(
                 f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
                 f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
@@ -131,13 +145,13 @@ class Watch:
         """Keep the deepest squeeze of the run, in words."""
         model = self._model
         found = worst_squeeze(model.interactions, state, self._rooms)
-        least = SQUEEZED if self._squeeze is None else self._squeeze.share
+        least = SQUEEZED if self.seen.squeeze is None else self.seen.squeeze.share
         if found is None or not least < found.share:
             return
         law = ply_of(model, found.vertex).fabric.compaction
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
-        self._squeeze = found
+        self.seen.squeeze = found
         least = f"its thickness of {1e3 * found.thickness:.3g} mm"
         why = (
             "that of the contact's numerical stiffness; leave the ply its thickness between them, "
@@ -146,7 +160,7 @@ class Watch:
         if law is not None:
             least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
             why = "extrapolated; measure to higher pressures, or leave the ply more room"
-        self.squeezed = (
+        self.seen.squeezed = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
             f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
             f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
@@ -158,8 +172,8 @@ class Watch:
         if found is None:
             return
         scene, before = self._model.scene, ""
-        if self._squeeze is not None and found.tool in self._squeeze.tools:
-            before = f"; before that, {self.squeezed}"
+        if self.seen.squeeze is not None and found.tool in self.seen.squeeze.tools:
+            before = f"; before that, {self.seen.squeezed}"
         ply, tool = scene.plies[found.ply], scene.tools[found.tool]
         x, y = 1e3 * ply.rest_points[ply.mesh.triangles[found.triangle]].mean(axis=0)[:2]
         raise RunFailed(

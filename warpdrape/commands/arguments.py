@@ -31,6 +31,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"warpdrape {_version()}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
     _add_run(commands)
+    _add_resume(commands)
     scenes = _add(commands, "scenes", "list the bundled scenes, or one scene's parameters")
     scenes.add_argument("scene", metavar="SCENE", nargs="?", help="a bundled name, or a script")
     fabrics = _add(commands, "fabrics", "list the fabrics, or show one with its sources")
@@ -57,7 +58,7 @@ def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.Arg
         epilog=epilog,
         allow_abbrev=False,
     )
-    quiet = "show no progress" if name == "run" else "print nothing but what is wrong"
+    quiet = "show no progress" if name in ("run", "resume") else "print nothing but what is wrong"
     command.add_argument("-q", "--quiet", action="store_true", help=quiet)
     return command
 
@@ -68,7 +69,7 @@ def _add_run(commands: Any) -> None:
         "run",
         "run a scene and write its results to a folder",
         "Exit status: 0 done, 1 the run failed, 2 the input cannot be used. "
-        "Ctrl-C stops a run and keeps the frames it has.",
+        "Ctrl-C stops a run and keeps the frames it has; warpdrape resume goes on.",
     )
     run.add_argument(
         "scene",
@@ -100,8 +101,41 @@ def _add_run(commands: Any) -> None:
         help="threads of the CPU; if not given, the physical cores for a large model, "
         "one for a small one",
     )
-    run.add_argument("--profile", action="store_true", help="show where the time went")
+    _add_how(run)
     run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
+
+
+def _add_how(command: argparse.ArgumentParser) -> None:
+    """Options of whatever computes."""
+    command.add_argument("--profile", action="store_true", help="show where the time went")
+    command.add_argument(
+        "--checkpoint",
+        metavar="EVERY",
+        default="auto",
+        help="keep one every so many frames (5) or seconds (60s), or none; if not given, as often "
+        "as it takes less than a hundredth of the time",
+    )
+
+
+def _add_resume(commands: Any) -> None:
+    resume = _add(
+        commands,
+        "resume",
+        "go on with a run from its last checkpoint",
+        "The result is that of a run that was never cut off. Exit status as of run.",
+    )
+    resume.add_argument("run", metavar="RUN", help="the folder of a run")
+    resume.add_argument(
+        "--extend",
+        metavar="BY",
+        help="go on beyond its end: strokes by a way (10mm), all by a time (8ms) or 12frames",
+    )
+    resume.add_argument(
+        "--scene",
+        metavar="SCENE",
+        help="the scene that was run, where its script has been moved or changed",
+    )
+    _add_how(resume)
 
 
 def _add_picture(commands: Any) -> None:
@@ -121,6 +155,19 @@ def _add_picture(commands: Any) -> None:
     )
     picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
     picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def whole(option: str, text: str, least: int | None = None) -> int:
+    """Read a whole number; raise `InputError` if it is none, or too small."""
+    from warpdrape.errors import InputError
+
+    try:
+        number = int(text)
+    except ValueError:
+        raise InputError(f"{option} {text} must be a whole number") from None
+    if least is not None and number < least:
+        raise InputError(f"{option} {number} must be {least} or more")
+    return number
 
 
 def _version() -> str:

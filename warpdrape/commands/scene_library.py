@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 import importlib
 import importlib.util
 import inspect
@@ -35,6 +36,7 @@ class SceneScript:
         parameters: its parameters by name, in their order.
         path: the script.
         bundled: whether it comes with the package.
+        digest: of the script's text; empty for a bundled one.
     """
 
     name: str
@@ -43,6 +45,7 @@ class SceneScript:
     parameters: Mapping[str, Parameter]
     path: Path
     bundled: bool
+    digest: str = ""
 
     def read_settings(self, settings: Sequence[str]) -> dict[str, Any]:
         """Read texts ``NAME=VALUE``; the last one counts where a name is given twice.
@@ -81,12 +84,23 @@ class SceneScript:
             )
         if not self.bundled:
             scene = replace(scene, script=os.fspath(self.path))
+        scene = replace(scene, call=self._call(settings))
         if scene.parameters:
             return scene
         used = {p.name: given.get(p.name, p.default) for p in self.parameters.values()}
         simple = float | int | str | None
         record = {n: v if isinstance(v, simple) else repr(v) for n, v in used.items()}
         return replace(scene, parameters=record)
+
+    def _call(self, settings: Sequence[str]) -> dict[str, Any]:
+        """What ``warpdrape resume`` needs to build it again."""
+        path = self.path.resolve()
+        return {
+            "scene": self.name if self.bundled else os.fspath(path),
+            "digest": self.digest,
+            "settings": list(settings),
+            "extensions": [],
+        }
 
 
 def bundled_scenes() -> dict[str, str]:
@@ -131,9 +145,18 @@ def _script(path: Path, bundled: Mapping[str, str]) -> SceneScript:
         raise InputError(f"scene script {path} is no Python file: its name must end in .py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
+    digest = digest_of(path)
     with _script_faults(path, "the script"):
         spec.loader.exec_module(module)
-    return _described(path.stem, module, bundled=False)
+    return replace(_described(path.stem, module, bundled=False), digest=digest)
+
+
+def digest_of(path: Path) -> str:
+    """Of a script's text; empty if it cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
 def _described(name: str, module: types.ModuleType, *, bundled: bool) -> SceneScript:

@@ -9,6 +9,7 @@ long as it must be, and only where it must.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,23 +48,55 @@ def reference_energy(plies: tuple[Ply, ...]) -> float:
     return total
 
 
-class Loading:
-    """The clock of the motions.
+@dataclass
+class Clock:
+    """All that changes of a `Loading`.
 
     Attributes:
         steps: done so far.
         time: loading time so far [s].
         pace: loading time that passes in a second now [-].
+        coming: the pace to come to by the next look [-].
+        slowest: the slowest so far [-].
+        most: kinetic energy over what is allowed, at its largest [-].
     """
 
-    def __init__(self, scene: Setup, timing: Timing) -> None:
-        """Begin at zero, at full pace."""
-        self.steps, self.time, self.pace = 0, 0.0, 1.0
+    steps: int = 0
+    time: float = 0.0
+    pace: float = 1.0
+    coming: float = 1.0
+    slowest: float = 1.0
+    most: float = 0.0
+
+
+class Loading:
+    """The clock of the motions.
+
+    Attributes:
+        clock: all of it that changes.
+    """
+
+    def __init__(self, scene: Setup, timing: Timing, clock: Clock | None = None) -> None:
+        """Begin at zero, at full pace; or go on from a clock."""
+        self.clock = Clock() if clock is None else clock
         self._scene, self._timing = scene, timing
         self._limit = scene.numerics.kinetic_limit
-        self._next = 1.0
-        self._slowest, self._most = 1.0, 0.0
         self._reference = reference_energy(scene.plies) if self.limited else 0.0
+
+    @property
+    def steps(self) -> int:
+        """Done so far."""
+        return self.clock.steps
+
+    @property
+    def time(self) -> float:
+        """Loading time so far [s]."""
+        return self.clock.time
+
+    @property
+    def pace(self) -> float:
+        """Loading time that passes in a second now [-]."""
+        return self.clock.pace
 
     @property
     def limited(self) -> bool:
@@ -90,17 +123,17 @@ class Loading:
         Returns:
             Loading times before the first of these steps and after each of them [s].
         """
-        timing = self._timing
+        timing, clock = self._timing, self.clock
         if not self.limited:
             times = frame_times(timing, frame)
         else:
             steps = self._steps_to_look(frame)
             # The pace goes to the next one as 3r² − 2r³: tools feel neither jump nor corner.
             r = np.arange(steps + 1) / steps
-            gone = self.pace * r + (self._next - self.pace) * (r**3 - 0.5 * r**4)
-            times = self.time + steps * timing.time_step * gone
-            self.pace = self._next
-        self.steps, self.time = self.steps + len(times) - 1, float(times[-1])
+            gone = clock.pace * r + (clock.coming - clock.pace) * (r**3 - 0.5 * r**4)
+            times = clock.time + steps * timing.time_step * gone
+            clock.pace = clock.coming
+        clock.steps, clock.time = clock.steps + len(times) - 1, float(times[-1])
         return times
 
     def adapt(self, kinetic: float, internal: float) -> None:
@@ -112,12 +145,13 @@ class Loading:
         """
         if not math.isfinite(kinetic + internal):  # the run is about to fail: keep the pace
             return
+        clock = self.clock
         allowed = self._limit * (max(internal, 0.0) + self._reference)
-        self._most = max(self._most, kinetic / allowed)
-        wanted = self.pace * math.sqrt(allowed / kinetic) if kinetic > 0.0 else 1.0
-        wanted = min(max(wanted, SLOWING * self.pace), HASTENING * self.pace)
-        self._next = min(max(wanted, SLOWEST_PACE), 1.0)
-        self._slowest = min(self._slowest, self._next)
+        clock.most = max(clock.most, kinetic / allowed)
+        wanted = clock.pace * math.sqrt(allowed / kinetic) if kinetic > 0.0 else 1.0
+        wanted = min(max(wanted, SLOWING * clock.pace), HASTENING * clock.pace)
+        clock.coming = min(max(wanted, SLOWEST_PACE), 1.0)
+        clock.slowest = min(clock.slowest, clock.coming)
 
     def entries(self) -> dict[str, float]:
         """Entries of ``summary.json``: the limit, how slow loading became, how well it was kept."""
@@ -125,17 +159,18 @@ class Loading:
             return {}
         return {
             "kinetic_limit": float(self._limit),
-            "slowest_pace": self._slowest,
-            "kinetic_over_limit": self._most,
+            "slowest_pace": self.clock.slowest,
+            "kinetic_over_limit": self.clock.most,
         }
 
     def warnings(self) -> list[str]:
         """Warn where kinetic energy passed the limit by far."""
-        if self._most <= PASSED:
+        if self.clock.most <= PASSED:
             return []
         return [
-            f"kinetic energy came to {self._most:.3g} times what kinetic_limit = {self._limit:g} "
-            f"allows, at paces down to {self._slowest:.2g}: lengthen the duration"
+            f"kinetic energy came to {self.clock.most:.3g} times what kinetic_limit = "
+            f"{self._limit:g} allows, at paces down to {self.clock.slowest:.2g}: lengthen the "
+            "duration"
         ]
 
     def _end(self, frame: int) -> float:
@@ -145,6 +180,6 @@ class Loading:
         """Steps to the next look, or as many as lead just beyond a frame; whole blocks."""
         timing = self._timing
         every = timing.search_every
-        mean = 0.5 * (self.pace + self._next)
+        mean = 0.5 * (self.pace + self.clock.coming)
         left = (self._end(frame) - self.time) / (mean * timing.time_step)
         return min(timing.steps_ahead, every * max(math.ceil(left / every), 1))

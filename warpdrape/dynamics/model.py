@@ -69,19 +69,20 @@ class Model:
         return sum(span.triangle_count for span in self.spans)
 
 
-def build_model(scene: Setup, device: str, frames: int) -> Model:
+def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = None) -> Model:
     """Turn a scene into arrays on a device.
 
     Args:
         scene: what to compute.
         device: Warp device.
         frames: frames after the first.
+        timing: steps, of a run that is extended; None to plan them.
 
     Raises:
         InputError: if the scene asks for a step above the stable one.
     """
     masses = lump_masses(scene)
-    timing = plan_steps(scene, masses.stable_step, frames)
+    timing = timing or plan_steps(scene, masses.stable_step, frames)
     rest = np.concatenate([ply.rest_points for ply in scene.plies])
     spans = ply_spans(scene)
     mass = wp.array(masses.mass, dtype=wp.float64, device=device)

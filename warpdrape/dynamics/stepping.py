@@ -213,8 +213,15 @@ class Stepper:
     computes all parts: for a given number of them the results are the same to the bit.
     """
 
-    def __init__(self, model: Model, state: State, threads: int = 1) -> None:
-        """Cut the model into a part for each thread; graphs are captured when first needed."""
+    def __init__(self, model: Model, state: State, threads: int = 1, blocks: int = 0) -> None:
+        """Cut the model into a part for each thread; graphs are captured when first needed.
+
+        Args:
+            model: the model.
+            state: its state.
+            threads: that compute it.
+            blocks: done before.
+        """
         self._model, self._state = model, state
         self._parts = split(model, state, threads)
         self._alone = _Job(self._parts, self._parts, None)
@@ -223,7 +230,7 @@ class Stepper:
         self._pace = Pace(SpareCores(threads)) if several else None
         self._barrier = Barrier(threads) if several else None
         self._crew: Crew | None = None
-        self._blocks, self._asking = 0, True
+        self.blocks, self._asking = blocks, True
         self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
 
     def close(self) -> None:
@@ -231,6 +238,11 @@ class Stepper:
         if self._crew is not None:
             self._crew.close()
             self._crew = None
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Of the model, one for each thread."""
+        return self._parts
 
     @property
     def together(self) -> bool:
@@ -274,8 +286,8 @@ class Stepper:
         if not self._captured:
             self._alone.capture()
             self._captured = True
-        self._asking = self._blocks % self._ask_every == 0
-        self._blocks += 1
+        self._asking = self.blocks % self._ask_every == 0
+        self.blocks += 1
         if self._barrier is None:
             self._alone.run(self._asking)
             return

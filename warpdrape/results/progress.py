@@ -27,6 +27,7 @@ class Progress:
         total_s: simulated time of the whole run [s].
         stream: where to write; standard error when None.
         quiet: write nothing.
+        begun: simulated time [s] and steps from which a run goes on.
         clock: the wall clock [s].
     """
 
@@ -36,6 +37,7 @@ class Progress:
         stream: TextIO | None = None,
         quiet: bool = False,
         *,
+        begun: tuple[float, int] = (0.0, 0),
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._total_s = total_s
@@ -44,11 +46,11 @@ class Progress:
         self._clock = clock
         self._bar = self._stream.isatty()
         self._start = self._shown = clock()
-        self._simulated_s = 0.0
+        self._simulated_s = begun[0]
         self._steps: int | None = None
         self._text = ""
         self._drawn = 0
-        self._past = deque([(self._start, 0.0, 0)])
+        self._past = deque([(self._start, *begun)])
 
     def say(self, text: str) -> None:
         """Write a line of its own, before the first update."""

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warpdrape.errors import InputError, RunFailed
+from warpdrape.results.folder_lock import FolderLock
 
 SCENE = "scene.usdc"
 HISTORY = "history.csv"
@@ -21,7 +24,8 @@ SUMMARY = "summary.json"
 RUN = "run.json"
 COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
-RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT)
+CHECKPOINT = "checkpoint.npz"
+RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
 
@@ -41,6 +45,32 @@ def give_final_name(partial: Path, final: Path) -> None:
         ) from error
 
 
+def write_whole(final: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` fill a file under its partial name, and give it its own once it is on the disk.
+
+    Raises:
+        RunFailed: when the disk refuses; what was there under the final name is kept then.
+    """
+    partial = partial_path(final)
+    try:
+        write(partial)
+        to_disk(partial)
+    except OSError as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        raise RunFailed(unwritable(final, error)) from error
+    give_final_name(partial, final)
+
+
+def to_disk(path: Path) -> None:
+    """Wait until what was written to a file is on the disk, power cut or not."""
+    file = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
 class RunFolder:
     """A folder that is fit to take one run's results; nothing is touched until `begin`.
 
@@ -55,9 +85,29 @@ class RunFolder:
     def __init__(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
         self.path = Path(path)
         self._begun = False
+        self._overwrite = overwrite
+        self._lock = FolderLock(self.path)
         _check_writable(self.path)
+        self._refuse_old()
+
+    @classmethod
+    def of_run(cls, path: str | os.PathLike[str]) -> RunFolder:
+        """The folder of a run that is to go on; raise `InputError` if it is none."""
+        folder = Path(path)
+        if not folder.is_dir():
+            raise InputError(f"run folder {folder} does not exist: give the folder of a run")
+        found = cls(folder, overwrite=True)
+        old = found._old_files()
+        if not old:
+            raise InputError(f"run folder {folder} holds no run: give the folder of one")
+        for file in old:
+            if file.is_symlink():  # what is written there would be written elsewhere
+                raise InputError(f"{file} is a link: put the file itself there")
+        return found
+
+    def _refuse_old(self) -> None:
         old = self._old_files()
-        if old and not overwrite:
+        if old and not self._overwrite:
             raise InputError(
                 f"out = {self.path} holds {_words(old)} of another run: "
                 "give --overwrite to replace it, or another folder"
@@ -71,6 +121,22 @@ class RunFolder:
         """The animation's final name, for `UsdWriter`; call `begin` first."""
         return self.path / SCENE
 
+    def take(self) -> None:
+        """Make the folder and keep other runs out, until `close`.
+
+        Raises: InputError when one writes there now, or has left results since.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unprepared(self.path, error) from error
+        self._lock.take()
+        self._refuse_old()
+
+    def close(self) -> None:
+        """Let other runs in."""
+        self._lock.release()
+
     def begin(self) -> None:
         """Make the folder and remove the results of the run before; done once, and by any write."""
         if self._begun:
@@ -80,10 +146,7 @@ class RunFolder:
             for file in self._old_files():
                 file.unlink()
         except OSError as error:
-            raise InputError(
-                f"out = {self.path} cannot be prepared ({error.strerror}): close what uses it, or "
-                "give another folder"
-            ) from error
+            raise _unprepared(self.path, error) from error
         self._begun = True
 
     def write_json(self, name: str, data: Mapping[str, Any]) -> Path:
@@ -95,99 +158,62 @@ class RunFolder:
         """
         self.begin()
         text = json.dumps(as_json(data, name), indent=2, ensure_ascii=False) + "\n"
-        final = self.path / name
-        partial = partial_path(final)
-        try:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise RunFailed(_unwritable(final, error)) from error
-        give_final_name(partial, final)
+        final = self._place(name)
+        write_whole(final, lambda p: p.write_text(text, encoding="utf-8", newline="\n"))
         return final
-
-    def history(self) -> HistoryWriter:
-        """Return the writer of ``history.csv``."""
-        self.begin()
-        return HistoryWriter(self.path / HISTORY)
 
     def write_table(self, name: str, columns: Mapping[str, Any]) -> Path:
         """Write columns of equal length [n] as the file ``name`` (….csv); return its path."""
         self.begin()
-        with HistoryWriter(self.path / name) as rows:
-            for row in zip(*columns.values(), strict=True):
-                rows.append(dict(zip(columns, row, strict=True)))
-        return self.path / name
+        final = self._place(name)
+        values = [[as_json(v, f"{name}: {key}") for v in col] for key, col in columns.items()]
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerows([columns, *zip(*values, strict=True)])
+        write_whole(final, lambda p: p.write_text(text.getvalue(), "utf-8", newline="\n"))
+        return final
+
+    def go_on(self) -> None:
+        """Give the results of a run that ended their partial names, and remove what told its end.
+
+        Done again after a kill in the midst of it, it does the rest.
+        """
+        try:
+            for name in (SUMMARY, COUPON, COUPON_PLOT):
+                (self.path / name).unlink(missing_ok=True)
+            for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT):
+                partial_path(self.path / name).unlink(missing_ok=True)
+            for file in self._debris():
+                file.unlink()
+            for name in (SCENE, HISTORY):
+                final = self.path / name
+                if final.exists():
+                    os.replace(final, partial_path(final))
+        except OSError as error:
+            raise _unprepared(self.path, error) from error
+        self._begun = True
 
     def write_figure(self, name: str, figure: Any) -> Path:
         """Write a matplotlib figure as the file ``name``, replacing it in one move."""
         self.begin()
-        final = self.path / name
-        partial = partial_path(final)
-        try:
-            figure.savefig(partial)
-        except OSError as error:
-            raise RunFailed(_unwritable(final, error)) from error
-        give_final_name(partial, final)
+        final = self._place(name)
+        write_whole(final, figure.savefig)
         return final
 
     def _old_files(self) -> list[Path]:
         finals = [self.path / name for name in RESULTS]
-        return [f for f in [*finals, *map(partial_path, finals)] if f.exists()]
+        found = [f for f in [*finals, *map(partial_path, finals)] if os.path.lexists(f)]
+        return found + self._debris()
 
+    def _debris(self) -> list[Path]:
+        """What a kill leaves while the library makes a new .usdc, under a name of its own."""
+        return sorted(self.path.glob(f"{partial_path(Path(SCENE)).stem}.??????"))
 
-class HistoryWriter:
-    """A table that grows row by row; a context manager.
-
-    Each row reaches the disk at once, in ``.NAME.partial.csv``; `close` gives the file its name.
-
-    Args:
-        path: the final file, ``….csv``.
-    """
-
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
-        self.partial_path = partial_path(self.path)
-        self.columns: tuple[str, ...] = ()
-        self._file = open(self.partial_path, "w", encoding="utf-8", newline="")
-        self._rows = csv.writer(self._file, lineterminator="\n")
-
-    def append(self, row: Mapping[str, Any]) -> None:
-        """Add one row; the first one fixes the columns and their order.
-
-        Raises: ValueError when a column is missing or new, or a value not finite; nothing is
-            written then. RunFailed when the disk refuses.
-        """
-        if self._file.closed:
-            raise ValueError(f"{self.path} is closed: no row can be added")
-        name = self.path.name
-        values = {key: as_json(value, f"{name}: {key}") for key, value in row.items()}
-        known = self.columns or tuple(values)
-        if set(values) != set(known):
-            odd = sorted(set(values) ^ set(known))
-            raise ValueError(f"{name}: {', '.join(odd)} not in both first and this row")
-        try:
-            if not self.columns:
-                self._rows.writerow(known)
-                self.columns = known
-            self._rows.writerow([values[key] for key in known])
-            self._file.flush()
-        except OSError as error:
-            raise RunFailed(_unwritable(self.path, error)) from error
-
-    def close(self) -> None:
-        """Give the file its final name; without a single row, leave no file at all."""
-        if self._file.closed:
-            return
-        self._file.close()
-        if self.columns:
-            give_final_name(self.partial_path, self.path)
-        else:
-            self.partial_path.unlink(missing_ok=True)
-
-    def __enter__(self) -> HistoryWriter:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def _place(self, name: str) -> Path:
+        """Path of a file of the folder; a name that would lead out of it is refused."""
+        if Path(name).name != name or set(name) & set("\\/:") or name in ("", ".."):
+            raise InputError(f"file name {name!r} must be a plain name, such as notes.csv")
+        return self.path / name
 
 
 def _check_writable(path: Path) -> None:
@@ -206,7 +232,15 @@ def _check_writable(path: Path) -> None:
         ) from error
 
 
-def _unwritable(path: Path, error: OSError) -> str:
+def _unprepared(path: Path, error: OSError) -> InputError:
+    return InputError(
+        f"out = {path} cannot be prepared ({error.strerror}): close what uses it, or "
+        "give another folder"
+    )
+
+
+def unwritable(path: Path, error: OSError) -> str:
+    """Say that the disk refused."""
     return f"{path} could not be written ({error.strerror}): free some space or write elsewhere"
 
 

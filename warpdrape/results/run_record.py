@@ -21,6 +21,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         "scene": scene.name,
         "script": scene.script,
         "parameters": dict(scene.parameters),
+        "call": dict(scene.call),
         "duration_s": scene.duration,
         "frames": frames,
         "friction": plain(scene.friction),

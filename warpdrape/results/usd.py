@@ -4,8 +4,11 @@ Frame k is time code k and 24 frames play in a second, so a slow-motion film of 
 simulated time of each frame is kept in ``/World.warpdrape:simulatedTime`` [s]. Frames are saved as
 they come, those that come within half a second together, into ``.NAME.partial.usdc`` beside
 the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
-the frames saved so far (the library updates the file's index in place: only a kill or power cut
-inside the millisecond of a save can spoil it).
+the frames saved so far. The library updates the file's index in place: what a kill or power cut
+inside the millisecond of a save spoils, a `Mark` takes back.
+
+The file is opened anew after each save, because the library keeps what it has written: the memory
+that a run needs would grow with its frames.
 """
 
 from __future__ import annotations
@@ -14,7 +17,8 @@ import os
 import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +26,9 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Tf, Usd
 
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.results.run_folder import give_final_name, partial_path
+from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
+from warpdrape.results.frames_file import Mark, Marker, take_back
+from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
 from warpdrape.results.usd_stage import (
     TIME_PATH,
     VERTEX_PRIMVARS,
@@ -44,75 +50,6 @@ loses no more than the frames of that time."""
 _SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
 
 
-@dataclass(frozen=True)
-class PlyShape:
-    """A ply as it lies on the table.
-
-    Args:
-        name: the ply's name; made a valid USD identifier in the file.
-        rest_points: the flat blank [m], shape (n, 3).
-        triangles: vertex numbers, shape (m, 3).
-        at_vertices: quantities of its frames that are given at vertices, by their names there.
-    """
-
-    name: str
-    rest_points: ArrayLike
-    triangles: ArrayLike
-    at_vertices: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
-class ToolShape:
-    """A rigid tool where it starts.
-
-    Args:
-        name: the tool's name; made a valid USD identifier in the file.
-        vertices: vertex positions at translation zero [m], shape (n, 3).
-        triangles: vertex numbers, shape (m, 3).
-    """
-
-    name: str
-    vertices: ArrayLike
-    triangles: ArrayLike
-
-
-@dataclass(frozen=True)
-class PlyFrame:
-    """One ply at one moment; all but ``points`` per triangle.
-
-    Args:
-        points: vertex positions [m], shape (n, 3).
-        warp: unit warp directions, shape (m, 3).
-        weft: unit weft directions, shape (m, 3).
-        shear_angle_deg: signed shear angle [deg], shape (m,).
-        warp_strain: strain of the warp yarns, shape (m,).
-        weft_strain: strain of the weft yarns, shape (m,).
-        warp_tension: [N per metre of width], shape (m,).
-        weft_tension: [N per metre of width], shape (m,).
-        warp_curvature: of the warp yarns out of the ply's plane at vertices [1/m], shape (n,);
-            None where the ply has no bending, as the next.
-        weft_curvature: of the weft yarns.
-        slip: along the ply from where a vertex lay on the next one [m], shape (n, 3); None where
-            there is none, as the next two.
-        contact_pressure: of plies [Pa], shape (n,).
-        tool_pressure: of tools [Pa], shape (n,).
-    """
-
-    points: ArrayLike
-    warp: ArrayLike
-    weft: ArrayLike
-    shear_angle_deg: ArrayLike
-    warp_strain: ArrayLike
-    weft_strain: ArrayLike
-    warp_tension: ArrayLike
-    weft_tension: ArrayLike
-    warp_curvature: ArrayLike | None = None
-    weft_curvature: ArrayLike | None = None
-    slip: ArrayLike | None = None
-    contact_pressure: ArrayLike | None = None
-    tool_pressure: ArrayLike | None = None
-
-
 class UsdWriter:
     """Write the animation frame by frame; a context manager.
 
@@ -121,8 +58,11 @@ class UsdWriter:
         plies: the plies, in the order in which `write` gets their frames.
         tools: the tools, in the order of `write`'s translations; may be empty.
         frames_per_second: frames that a viewer plays in a second.
+        mark: go on from it, in the partial file; its last frame is ``last``.
+        last: frame.
 
-    Raises: InputError when a name appears twice, a mesh is unusable, or a file is in the way.
+    Raises: InputError when a name appears twice, a mesh is unusable, a file is in the way, or the
+        partial file is not the one of the mark.
     """
 
     def __init__(
@@ -132,23 +72,29 @@ class UsdWriter:
         tools: Sequence[ToolShape] = (),
         *,
         frames_per_second: float = FRAMES_PER_SECOND,
+        mark: Mark | None = None,
+        last: int = -1,
     ) -> None:
         self.path = Path(path)
         self.partial_path = partial_path(self.path)
-        for taken in (self.path, self.partial_path):
+        for taken in (self.path, self.partial_path) if mark is None else ():
             if taken.exists():
                 raise InputError(f"path = {taken} exists already: remove it or choose another name")
         self._meshes = [MeshPrim.check("ply", p.name, p.rest_points, p.triangles) for p in plies]
         tool_meshes = [MeshPrim.check("tool", t.name, t.vertices, t.triangles) for t in tools]
         for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
             _refuse_duplicates(kind, meshes)
-        self._last = self._saved = -1
+        self._last = self._saved = last
+        self._mark, self._marker = mark, Marker(self.partial_path)
         self._saved_at = time.monotonic()
         self._spoilt = False
         self._unsaved_bytes = 0
+        if mark is not None:
+            self._marker.check(mark)
+            take_back(self.partial_path, mark)
         # Frames go into the layer itself: a stage over it would follow each of their values.
-        self._layer: Sdf.Layer | None = _create(self.partial_path)
-        stage = Usd.Stage.Open(self._layer)
+        self._layer: Sdf.Layer | None = _layer(self.partial_path, new=mark is None)
+        stage = Usd.Stage.Open(self._layer) if mark is None else Usd.Stage.CreateInMemory()
         set_up_stage(stage, frames_per_second)
         cloth, metal = define_materials(stage)
         self._plies = [
@@ -156,7 +102,8 @@ class UsdWriter:
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
         self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
-        self._save()
+        if mark is None:
+            self._save()
 
     def write(
         self,
@@ -225,6 +172,22 @@ class UsdWriter:
         if self._saved < self._last and not self._spoilt:
             self._save()
 
+    def mark(self) -> Mark:
+        """Save, wait for the disk, and return the file as it is, to be taken back to.
+
+        Raises: RunFailed when the disk refuses.
+        """
+        self.save()
+        try:
+            to_disk(self.partial_path)
+            self._mark = self._marker.mark()
+        except OSError as error:
+            raise RunFailed(
+                f"{self.partial_path} cannot be read back ({error.strerror}): leave the folder in "
+                "place while the run goes on"
+            ) from error
+        return self._mark
+
     def close(self) -> None:
         """Give the file its final name; without a frame, or after a failed save, leave none.
 
@@ -239,8 +202,13 @@ class UsdWriter:
 
     def _let_go(self) -> None:
         self._layer = None  # the library lets go of the file, as Windows wants before a rename
+        if self._spoilt and self._mark is not None:
+            with suppress(OSError):
+                take_back(self.partial_path, self._mark)
+                self._spoilt = False
         if self._last < 0 or self._spoilt:
-            self.partial_path.unlink(missing_ok=True)
+            if self._mark is None:
+                self.partial_path.unlink(missing_ok=True)
             return
         give_final_name(self.partial_path, self.path)
         stale = Sdf.Layer.Find(str(self.path))
@@ -256,11 +224,14 @@ class UsdWriter:
     def _save(self) -> None:
         try:
             self._layer.Save()
+            self._layer = None
+            self._layer = _layer(self.partial_path, new=False)
             self._saved, self._saved_at, self._unsaved_bytes = self._last, time.monotonic(), 0
-        except Tf.ErrorException as error:
+        except (Tf.ErrorException, InputError) as error:
             self._spoilt = True
+            kept = "goes back to its last checkpoint" if self._mark else "is lost"
             raise RunFailed(
-                f"{self.partial_path} could not be saved at frame {self._last} and is lost: "
+                f"{self.partial_path} could not be saved at frame {self._last} and {kept}: "
                 "is the disk full, or the folder gone? Free some space or write elsewhere"
             ) from error
 
@@ -280,9 +251,12 @@ class UsdWriter:
             )
 
 
-def _create(path: Path) -> Sdf.Layer:
+def _layer(path: Path, *, new: bool) -> Sdf.Layer:
     try:
-        return Sdf.Layer.CreateNew(str(path))
+        layer = Sdf.Layer.CreateNew(str(path)) if new else Sdf.Layer.FindOrOpen(str(path))
+        if layer is None:
+            raise Tf.ErrorException("it is not there")
+        return layer
     except Tf.ErrorException as error:
         raise InputError(
             f"path = {path} cannot be created: give a folder in which you may write, and a name "

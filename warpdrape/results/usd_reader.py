@@ -87,9 +87,16 @@ def read_scene(
         that the run does not have.
     """
     try:
-        stage = Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
+        return _read(Usd.Stage.Open(str(path)), path, names, frame, quantity)
+    except (Tf.ErrorException, ValueError, TypeError, MemoryError) as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"{path} is not a readable USD file: run the scene again") from error
+
+
+def _read(
+    stage: Usd.Stage, path: Path, names: Sequence[str] | None, frame: int, quantity: Quantity
+) -> SceneView:
     root = stage.GetPrimAtPath("/World/plies")
     prims = {p.GetName(): p for p in root.GetChildren()} if root else {}
     if not prims:

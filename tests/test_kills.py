@@ -1,0 +1,71 @@
+"""A run that is killed at any moment, at any write, goes on to the result it would have had."""
+
+import signal
+
+import pytest
+from fault_checks import (  # noqa: F401
+    kill_and_resume,
+    moments,
+    server,
+    whole,
+)
+from resume_checks import assert_same_folder
+
+BEFORE, MIDST = -1, -2
+"""A kill before a call that changes the folder; and in its midst, a write done by half."""
+
+
+def test_killed_at_some_writes(server, whole, tmp_path):  # noqa: F811
+    folder, done = whole
+    for number in range(7, done["calls"] + 1, done["calls"] // 4):
+        kill_and_resume(server, tmp_path / "run", folder, at=number, kind=MIDST)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [BEFORE, MIDST])
+def test_killed_at_every_write(kind, server, whole, tmp_path):  # noqa: F811
+    folder, done = whole
+    assert done["calls"] > 100
+    for number in range(1, done["calls"] + 1):
+        kill_and_resume(server, tmp_path / "run", folder, at=number, kind=kind)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [BEFORE, MIDST])
+def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):  # noqa: F811
+    """The second life is as safe as the first."""
+    folder, done = whole
+    half = {"at": done["calls"] // 2, "kind": BEFORE}
+    server.run(tmp_path / "run", **half)
+    calls = server.resume(tmp_path / "run")["calls"]
+    for number in range(1, calls + 1):
+        server.run(tmp_path / "run", **half)
+        killed = server.resume(tmp_path / "run", at=number, kind=kind)
+        assert killed["status"] in (-signal.SIGKILL, 0), killed
+        assert server.resume(tmp_path / "run")["status"] == 0
+        assert_same_folder(tmp_path / "run", folder)
+
+
+@pytest.mark.slow
+def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):  # noqa: F811
+    folder, done = whole
+    left = [
+        kill_and_resume(server, tmp_path / "run", folder, after=after)
+        for after in moments(done["seconds"], 1000, seed=1)
+    ]
+    kinds = {state: left.count(state) for state in set(left)}
+    print("\n".join(f"{count:5} {state}" for state, count in kinds.items()))
+    assert len(kinds) > 4
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_end_a_run_in_order(number, server, whole, tmp_path):  # noqa: F811
+    folder, _ = whole
+    begun = str(tmp_path / "run" / "checkpoint.npz")
+    ended = server.run(tmp_path / "run", when=begun, after=0.01, signal=number)
+    said = "interrupted by the user" if number == signal.SIGINT else signal.Signals(number).name
+    assert ended["status"] == 1 and said in ended["said"], ended
+    names = sorted(f.name for f in (tmp_path / "run").iterdir())
+    assert names == ["checkpoint.npz", "history.csv", "run.json", "scene.usdc", "summary.json"]
+    assert server.resume(tmp_path / "run")["status"] == 0
+    assert_same_folder(tmp_path / "run", folder)

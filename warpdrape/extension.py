@@ -1,0 +1,89 @@
+"""A run that goes on beyond its end: how long it becomes, and motions that begin where it is."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warpdrape.dynamics.model import Model
+from warpdrape.errors import InputError
+from warpdrape.setup import Setup
+from warpdrape.timing import Timing, peak_speed
+from warpdrape.tools.motion import Float
+
+if TYPE_CHECKING:
+    from warpdrape.restart import Restart
+
+JERK = 0.05
+"""Jump of a speed, over the largest of the run, with which a motion may go on [-]."""
+
+
+def longer(scene: Setup, frames: int | None, earlier: Restart) -> tuple[Setup, Timing]:
+    """A scene with its duration, and its steps, in whole frames as long as the run's.
+
+    Args:
+        scene: with the longer duration.
+        frames: in all, None for as many as the duration needs.
+        earlier: the run.
+
+    Raises:
+        InputError: if it is no longer than the run.
+    """
+    each = earlier.duration / earlier.timing.frames
+    needed = math.ceil(scene.duration / each - 1e-6)
+    total = max(needed, frames or 0)
+    if total <= earlier.frame:
+        raise InputError(
+            f"{earlier.folder} has come to frame {earlier.frame}, {earlier.frame * each:.4g} s: "
+            "to extend it, give a longer duration or more frames"
+        )
+    timing = dataclasses.replace(earlier.timing, frames=total)
+    return dataclasses.replace(scene, duration=total * each), timing
+
+
+def check_motions(model: Model, earlier: Restart) -> None:
+    """Refuse motions that jump from where the run has left tools and clamps.
+
+    Args:
+        model: the model.
+        earlier: the run.
+
+    Raises:
+        InputError: naming the tool or clamp.
+    """
+    scene, now, step = model.scene, earlier.clock.time, model.timing.time_step
+    times, peak = np.array([now, now + step]), peak_speed(scene)
+    for number, tool in enumerate(scene.tools):
+        if isinstance(tool.motion, Float):
+            continue
+        shift, velocity = (
+            earlier.floats(name, 3)[number] for name in ("tools.shift", "tools.velocity")
+        )
+        here, there = tool.motion.displacement(times)
+        jump = float(np.linalg.norm(here - shift))
+        jerk = float(np.linalg.norm((there - here) / step - velocity))
+        _refuse_jump(f"tool {tool.name!r}", jump, jerk, step, peak)
+    done = int(earlier.arrays["step"].view(np.int32)[0])
+    for number, clamp in enumerate(scene.clamps):
+        row = number * (model.timing.steps_ahead + 1) + done
+        was = earlier.floats("clamps.shift", 3)[row]
+        turned = earlier.floats("clamps.matrix", 9)[row].reshape(3, 3)
+        here, _ = clamp.motion.displacement(times)
+        matrix = clamp.matrix(times)[0] if clamp.matrix else np.eye(3)
+        jump = float(np.linalg.norm(here - was) + np.abs(matrix - turned).max())
+        _refuse_jump(f"clamp {clamp.name!r}", jump, 0.0, step, peak)
+
+
+def _refuse_jump(name: str, jump: float, jerk: float, step: float, peak: float) -> None:
+    if jump > step * peak:
+        raise InputError(
+            f"{name} would jump {1e3 * jump:.4g} mm from where it is: let its motion begin there"
+        )
+    if jerk > JERK * peak:
+        raise InputError(
+            f"{name} would change its speed by {jerk:.4g} m/s at once: let its motion go on at "
+            "the speed that it has"
+        )

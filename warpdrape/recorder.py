@@ -1,0 +1,248 @@
+"""What a run takes down as it goes: rows, frames, the last good one, and the summary at its end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdrape.dynamics.energy import balance, measure
+from warpdrape.dynamics.loading import Loading
+from warpdrape.dynamics.model import Model
+from warpdrape.dynamics.phases import Profile
+from warpdrape.errors import RunFailed
+from warpdrape.interaction import Measured
+from warpdrape.results.frame_data import PlyShape, ToolShape
+from warpdrape.results.frames_file import Mark
+from warpdrape.results.history import history_row
+from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
+from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
+from warpdrape.results.run_record import run_record
+from warpdrape.results.summary import summarise
+from warpdrape.results.tables import HistoryWriter
+from warpdrape.results.usd import UsdWriter
+from warpdrape.state import State
+from warpdrape.watch import Watch, loose_plies
+
+if TYPE_CHECKING:
+    from warpdrape.restart import Restart
+
+
+@dataclass
+class Tally:
+    """What a `Recorder` counts.
+
+    Attributes:
+        steps: done so far.
+        steps_before: done by the last row.
+        wall: time taken up to the last checkpoint [s].
+    """
+
+    steps: int = 0
+    steps_before: int = 0
+    wall: float = 0.0
+
+
+class Recorder:
+    """Keeps history and last good frame, and writes the run folder as the run goes.
+
+    Attributes:
+        tally: what it counts.
+        watch: what looks for what is wrong.
+        profile: where the time goes.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        folder: RunFolder | None,
+        loading: Loading,
+        *,
+        threads: int = 1,
+        profile: bool = False,
+        earlier: Restart | None = None,
+    ) -> None:
+        """Open the run folder, if there is one.
+
+        Args:
+            model: the model.
+            folder: to write, None for none.
+            loading: the clock of the motions.
+            threads: of the run.
+            profile: whether to time the phases of the steps.
+            earlier: the run that goes on, as it was at its checkpoint.
+        """
+        self.tally = Tally() if earlier is None else earlier.tally
+        self.profile = Profile(model, sampling=profile)
+        self._profiled, self._loading = profile, loading
+        self._model, self._folder = model, folder
+        self.watch = Watch(model, None if earlier is None else earlier.seen)
+        self._rows: list[dict[str, float]] = []
+        self._plies: tuple[FormedPly, ...] = ()
+        self._measured: tuple[Measured, ...] = ()
+        self._loose: tuple[str, ...] = ()
+        self._started = time.perf_counter() - self.tally.wall
+        self._usd: UsdWriter | None = None
+        self._history: HistoryWriter | None = None
+        if folder is not None:
+            self._open(folder, threads, earlier)
+
+    def _open(self, folder: RunFolder, threads: int, earlier: Restart | None) -> None:
+        """Begin the files of the run, or go on in them."""
+        scene, path = self._model.scene, folder.path / HISTORY
+        folder.take()
+        if earlier is None:
+            folder.begin()
+        else:
+            folder.go_on()
+        record = run_record(scene, self._model, self._model.timing.frames, threads)
+        folder.write_json(RUN, record)
+        self._history = HistoryWriter(path, None if earlier is None else earlier.history)
+        self._rows = self._history.rows
+        self._usd = UsdWriter(
+            folder.scene_path,
+            [
+                PlyShape(p.name, p.rest_points, p.mesh.triangles, shown_at_vertices(scene, p))
+                for p in scene.plies
+            ],
+            [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
+            **({} if earlier is None else {"mark": earlier.frames, "last": earlier.frame}),
+        )
+
+    @property
+    def steps(self) -> int:
+        """Done so far."""
+        return self.tally.steps
+
+    def saved(self) -> tuple[Mark, dict[str, Any]]:
+        """Bring frames and rows to the disk, and mark where their files end.
+
+        Raises:
+            RunFailed: when the disk refuses.
+        """
+        self.tally.wall = time.perf_counter() - self._started
+        with self.profile.timed("output"):
+            return self._usd.mark(), self._history.mark()
+
+    def look_again(self, state: State) -> None:
+        """Take the last good frame from a state that was put back."""
+        self._keep(state, measure(self._model, state))
+
+    def _keep(self, state: State, measured: tuple[Measured, ...]) -> None:
+        self._plies = read_plies(self._model, state, measured)
+        self._measured = measured
+        self._loose = loose_plies(self._model, state, measured)
+
+    def record(self, state: State, frame: int) -> dict[str, float]:
+        """Take down a frame.
+
+        Args:
+            state: the state now.
+            frame: its number.
+
+        Returns:
+            The row of the history.
+
+        Raises:
+            RunFailed: if a number is not finite, or energy came from nowhere; nothing is kept then.
+        """
+        with self.profile.timed("results"):
+            row = self._take_down(state)
+        if self._history is not None:
+            with self.profile.timed("output"):
+                self._history.append(row)
+                frames = [ply.frame() for ply in self._plies]
+                self._usd.write(frame, row["time_s"], frames, state.tools.shift.numpy())
+        return row
+
+    def _take_down(self, state: State) -> dict[str, float]:
+        model, loading = self._model, self._loading
+        measured = measure(model, state)
+        energies = balance(model, state, measured)
+        now, steps = loading.simulated, self.steps - self.tally.steps_before
+        plies = read_plies(model, state, measured)
+        self.watch.look(state, plies, energies, now)
+        before = self._rows[-1] if self._rows else None
+        row = history_row(model, state, now, loading.time, steps, energies, plies, before)
+        for name, value in row.items():
+            if not np.isfinite(value):
+                raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")
+        state.tools.impulse.zero_()
+        state.clamps.force.zero_()
+        self._rows.append(row)
+        self.tally.steps_before = self.steps
+        self._plies, self._measured = plies, measured
+        self._loose = loose_plies(model, state, measured)
+        return row
+
+    def finish(self, failure: str) -> Result:
+        """Close the files and say how it went; ``failure`` is empty where it went well.
+
+        Raises:
+            RunFailed: if not even the first frame is there.
+        """
+        wall = time.perf_counter() - self._started
+        if not self._rows:
+            self._close(None, {"status": "failed", "message": failure})
+            raise RunFailed(failure)
+        history = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
+        model = self._model
+        failure = failure or self._save_frames()
+        summary = summarise(
+            model,
+            self._measured,
+            history,
+            self._plies,
+            self._loading,
+            failure=failure,
+            grown=self.watch.seen.grown,
+            loose=self._loose,
+            squeezed=self.watch.seen.squeezed,
+            steps=self.steps,
+            wall=wall,
+        )
+        if self._profiled:
+            summary["phases_s"] = self.profile.seconds()
+        result = Result(self._plies, summary, history)
+        summary["reported"] = []
+        if model.scene.report is not None and not failure:
+            self._add_report(result, summary)
+        self._close(result, summary)
+        return result
+
+    def _save_frames(self) -> str:
+        """Save the frames that are not yet on the disk; return why that failed, or nothing."""
+        if self._usd is not None:
+            with self.profile.timed("output"):
+                try:
+                    self._usd.save()
+                except RunFailed as reason:
+                    return str(reason)
+        return ""
+
+    def _add_report(self, result: Result, summary: dict[str, Any]) -> None:
+        """Add what the scene itself reports; a fault in that must not cost the result."""
+        try:
+            entries = as_json(self._model.scene.report(result), "report")
+        except Exception as error:
+            fault = f"{type(error).__name__}: {error}"
+            summary["warnings"].append(f"the scene's report failed: {fault}")
+            return
+        summary.update(entries)
+        summary["reported"] = list(entries)
+
+    def _close(self, result: Result | None, summary: Mapping[str, Any]) -> None:
+        """Give the files their final names, the summary last."""
+        if self._folder is None:
+            return
+        write = self._model.scene.write
+        with ExitStack() as last:  # each is done even where another fails, the summary last
+            last.callback(self._folder.write_json, SUMMARY, summary)
+            if write is not None and result is not None and summary["status"] == "completed":
+                last.callback(write, result, self._folder)
+            last.callback(self._history.close)
+            last.callback(self._usd.close)

@@ -1,0 +1,161 @@
+"""What a run's result depends on, part by part: a run goes on only where none of it has changed."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.dynamics.model import Model
+from warpdrape.results.run_record import plain, versions
+from warpdrape.setup import Clamp, Setup
+from warpdrape.tools.tool import Tool
+
+COMPUTES = ("warpdrape", "warp-lang", "numpy")
+"""Packages whose version counts."""
+WORDS = ("sources", "description", "doubts")
+"""Fields of a fabric that say where it comes from, and compute nothing."""
+MOTIONS = "motion of "
+"""How parts begin that an extension may change; it must begin where the run has come to."""
+MOMENTS = 129
+"""Times at which a clamp's functions are compared."""
+
+
+def fingerprint(model: Model, threads: int) -> dict[str, Any]:
+    """The parts by name: what JSON takes, digests in the place of what is long.
+
+    Args:
+        model: the model.
+        threads: of the run.
+    """
+    scene, numerics = model.scene, dataclasses.asdict(model.scene.numerics)
+    found = versions()
+    parts = {
+        **{f"version of {name}": found[name] for name in COMPUTES},
+        "kernels": _kernels(),
+        "device": model.device,
+        "threads": threads,
+        "scene": scene.name,
+        "duration": scene.duration,
+        "frames": model.timing.frames,
+        "friction": scene.friction,
+        "ply_friction": repr(sorted(scene.ply_friction.items()))
+        if isinstance(scene.ply_friction, Mapping)
+        else scene.ply_friction,
+        "self_contact": scene.self_contact,
+        "gravity": [float(g) for g in scene.gravity],
+        "plies": [ply.name for ply in scene.plies],
+        "tools": [tool.name for tool in scene.tools],
+        "clamps": [clamp.name for clamp in scene.clamps],
+        **{f"numerics: {name}": value for name, value in numerics.items()},
+    }
+    for ply in scene.plies:
+        parts.update(_ply(ply))
+    for tool in scene.tools:
+        parts.update(_tool(scene, tool))
+    for clamp in scene.clamps:
+        parts.update(_clamp(scene, clamp))
+    return json.loads(json.dumps(parts))
+
+
+def differences(
+    ours: Mapping[str, Any], theirs: Mapping[str, Any], *, extending: bool
+) -> list[str]:
+    """In words, where two fingerprints differ.
+
+    Args:
+        ours: of the scene at hand.
+        theirs: of the run that is to go on.
+        extending: whether duration, frames and motions may.
+    """
+    return list(_differences(ours, theirs, extending))
+
+
+def _differences(
+    ours: Mapping[str, Any], theirs: Mapping[str, Any], extending: bool
+) -> Iterator[str]:
+    for name in [*ours, *(name for name in theirs if name not in ours)]:
+        mine, other = ours.get(name), theirs.get(name)
+        if mine == other:
+            continue
+        if extending and (name in ("duration", "frames") or name.startswith(MOTIONS)):
+            continue
+        if _is_digest(mine) or _is_digest(other) or name.startswith(MOTIONS):
+            yield f"{name} is another"
+        else:
+            yield f"{name} = {mine!r}, the run's {other!r}"
+
+
+def _is_digest(value: Any) -> bool:
+    return isinstance(value, str) and value.startswith("#")
+
+
+def _digest(*values: Any) -> str:
+    """Of arrays by type, shape and bytes; of all else by its JSON."""
+    digest = hashlib.blake2b(digest_size=12)
+    for value in values:
+        if isinstance(value, np.ndarray):
+            array = np.ascontiguousarray(value)
+            digest.update(f"{array.dtype.str}{array.shape}".encode())
+            digest.update(array.tobytes())
+        else:
+            digest.update(json.dumps(plain(value), sort_keys=True, default=repr).encode())
+    return f"#{digest.hexdigest()}"
+
+
+def _kernels() -> str:
+    """Of the sources of all kernels."""
+    return _digest(*_sources(resources.files("warpdrape.kernels")))
+
+
+def _sources(folder: Any) -> Iterator[str]:
+    for entry in sorted(folder.iterdir(), key=lambda e: e.name):
+        if entry.is_dir():
+            yield from _sources(entry)
+        elif entry.name.endswith(".py"):
+            yield entry.name
+            yield entry.read_text(encoding="utf-8")
+
+
+def _ply(ply: Ply) -> dict[str, Any]:
+    fabric = ply.fabric
+    laws = {
+        f"{field.name} of the fabric of ply {ply.name!r}": _digest(getattr(fabric, field.name))
+        for field in dataclasses.fields(fabric)
+        if field.name not in WORDS
+    }
+    return {
+        f"mesh of ply {ply.name!r}": _digest(ply.mesh.vertices, ply.mesh.triangles),
+        f"warp_angle of ply {ply.name!r}": float(ply.warp_angle),
+        f"z of ply {ply.name!r}": float(ply.z),
+        **laws,
+    }
+
+
+def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
+    surface = _digest(tool.vertices, tool.triangles, np.asarray(tool.surface.normals))
+    return {
+        f"surface of tool {tool.name!r}": surface,
+        f"friction of tool {tool.name!r}": float(scene.friction_of(tool)),
+        f"{MOTIONS}tool {tool.name!r}": plain(tool.motion),
+    }
+
+
+def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
+    """A clamp; of its functions what they give at some times."""
+    ply = next(ply for ply in scene.plies if ply.name == clamp.ply)
+    times = np.linspace(0.0, scene.duration, MOMENTS)
+    matrix = None if clamp.matrix is None else np.asarray(clamp.matrix(times), dtype=float)
+    travel = None if clamp.travel is None else np.asarray(clamp.travel(times), dtype=float)
+    name = f"clamp {clamp.name!r}"
+    return {
+        f"what {name} holds": _digest(clamp.ply, clamp.vertices(ply.rest_points), clamp.slope),
+        f"follow of {name}": [float(f) for f in clamp.follow],
+        f"{MOTIONS}{name}": [plain(clamp.motion), _digest(matrix), _digest(travel)],
+    }

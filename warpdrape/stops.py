@@ -1,0 +1,56 @@
+"""Signals that ask a run to end: it ends between two blocks of steps, with all it has."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType
+
+from warpdrape.errors import RunFailed
+
+_WORDS = {
+    "SIGINT": "interrupted by the user",
+    "SIGTERM": "asked to end by SIGTERM",
+    "SIGHUP": "asked to end by SIGHUP, as its terminal was closed",
+}
+
+
+class Stops:
+    """Takes note of SIGINT, SIGTERM and SIGHUP; a context manager.
+
+    A second one does not wait. What another handler has, or nohup has switched off, is left alone,
+    as it all is outside the main thread.
+    """
+
+    def __init__(self) -> None:
+        """Nothing asked."""
+        self._asked = ""
+        self._before: dict[int, object] = {}
+
+    def check(self) -> None:
+        """Raise `RunFailed` if the run is to end."""
+        if self._asked:
+            raise RunFailed(_WORDS[self._asked])
+
+    def __enter__(self) -> Stops:
+        for name in _WORDS:
+            number = getattr(signal, name, None)  # Windows has no SIGHUP
+            if number is None:
+                continue
+            default = signal.SIG_DFL if name != "SIGINT" else signal.default_int_handler
+            if signal.getsignal(number) is not default:
+                continue
+            try:
+                self._before[number] = signal.signal(number, self._note)
+            except ValueError:  # not the main thread
+                break
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before.clear()
+
+    def _note(self, number: int, _: FrameType | None) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+        self._asked = signal.Signals(number).name
