@@ -44,10 +44,9 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "scene": scene.name,
         "duration": scene.duration,
         "frames": model.timing.frames,
-        "friction": scene.friction,
-        "ply_friction": repr(sorted(scene.ply_friction.items()))
-        if isinstance(scene.ply_friction, Mapping)
-        else scene.ply_friction,
+        "friction": plain(scene.friction),
+        "ply_friction": plain(scene.ply_friction),
+        "process_duration": scene.process_duration,
         "self_contact": scene.self_contact,
         "gravity": [float(g) for g in scene.gravity],
         "plies": [ply.name for ply in scene.plies],
@@ -142,7 +141,7 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
     surface = _digest(tool.vertices, tool.triangles, np.asarray(tool.surface.normals))
     return {
         f"surface of tool {tool.name!r}": surface,
-        f"friction of tool {tool.name!r}": float(scene.friction_of(tool)),
+        f"friction of tool {tool.name!r}": plain(scene.friction_of(tool)),
         f"{MOTIONS}tool {tool.name!r}": plain(tool.motion),
     }
 
