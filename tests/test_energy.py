@@ -12,7 +12,7 @@ from warpdrape.dynamics.stepping import Stepper
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 
-SUPPLIED = {"tool_work", "clamp_work", "gravity_work"}
+SUPPLIED = {"tool_work", "clamp_work", "gravity_work", "load_work"}
 LISTED_ONLY = {"added_mass_kinetic"}  # a part of the kinetic energy
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
     from warpdrape.tools.motion import Float, Path, Still, Stroke
+    from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.tool import Tool
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Numerics",
     "Path",
     "Ply",
+    "Pressure",
     "Result",
     "RunFailed",
     "Scene",
@@ -59,6 +61,7 @@ _HOME = {
     "Numerics": "numerics",
     "Path": "tools.motion",
     "Ply": "blanks.ply",
+    "Pressure": "tools.pressure",
     "Result": "results.result",
     "RunFailed": "errors",
     "Scene": "scene",

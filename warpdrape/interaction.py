@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import warp as wp
 
-from warpdrape.state import ClampState, PlyState, State, ToolState
+from warpdrape.state import ClampState, LoadState, PlyState, State, ToolState
 
 
 @dataclass(frozen=True)
@@ -117,17 +117,18 @@ class Launches:
 
 
 class Bodies(NamedTuple):
-    """What interactions read and push: plies, tools, clamps, as a part has them."""
+    """What interactions read and push: plies, tools, clamps, loads, as a part has them."""
 
     plies: PlyState
     tools: ToolState
     clamps: ClampState
+    loads: LoadState
     step: wp.array
 
 
 def bodies_of(state: State) -> Bodies:
     """Those of a state."""
-    return Bodies(state.plies, state.tools, state.clamps, state.step)
+    return Bodies(state.plies, state.tools, state.clamps, state.loads, state.step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +142,8 @@ class Measured:
         pressing: normal forces on vertices by the name of their pressure [N], shape [row, vertex];
             rows are faces of the ply, lower and upper, or tools. What several contacts show adds.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
+        work: done on the plies from outside so far [J].
+        readings: columns of ``history.csv`` by name.
         touched: numbers of plies that a contact has touched, but for what `PlyState.lost` tells.
     """
 
@@ -149,6 +152,8 @@ class Measured:
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
     pressing: Mapping[str, np.ndarray] = field(default_factory=dict)
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    work: float = 0.0
+    readings: Mapping[str, float] = field(default_factory=dict)
     touched: frozenset[int] = frozenset()
 
 

@@ -167,7 +167,7 @@ class Recorder:
         plies = read_plies(model, state, measured)
         self.watch.look(state, plies, energies, now)
         before = self._rows[-1] if self._rows else None
-        row = history_row(model, state, now, loading.time, steps, energies, plies, before)
+        row = history_row(model, state, now, loading.time, steps, energies, plies, measured, before)
         for name, value in row.items():
             if not np.isfinite(value):
                 raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")

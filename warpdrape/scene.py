@@ -21,6 +21,7 @@ class Scene(Setup):
         plies: from the bottom up; this order is kept.
         tools: rigid tools.
         clamps: held or led vertices.
+        pressures: on sides of plies, over time.
         duration: simulated time [s].
         friction: between plies and tools that name none: a Coulomb coefficient [-], or a
             `Friction` that depends on pressure or speed.

@@ -15,6 +15,7 @@ from warpdrape.errors import InputError, one_of, positive
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.tool import Tool
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ class Setup:
     duration: float
     tools: Sequence[Tool] = ()
     clamps: Sequence[Clamp] = ()
+    pressures: Sequence[Pressure] = ()
     friction: float | Friction = 0.2
     ply_friction: float | Friction | Mapping[tuple[str, str], float | Friction] = 0.3
     process_duration: float | None = None
@@ -105,7 +107,12 @@ class Setup:
     write: Callable[[Result, RunFolder], None] | None = None
 
     def __post_init__(self) -> None:
-        for name, kind in (("plies", Ply), ("tools", Tool), ("clamps", Clamp)):
+        for name, kind in (
+            ("plies", Ply),
+            ("tools", Tool),
+            ("clamps", Clamp),
+            ("pressures", Pressure),
+        ):
             object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
         if not self.plies:
             raise InputError("a scene needs at least one ply")
@@ -115,7 +122,8 @@ class Setup:
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
-        for kind, things in (("ply", self.plies), ("tool or clamp", self.tools + self.clamps)):
+        acting = self.tools + self.clamps + self.pressures
+        for kind, things in (("ply", self.plies), ("tool, clamp or pressure", acting)):
             names = [thing.name for thing in things]
             for name in names:
                 if names.count(name) > 1:
@@ -128,8 +136,8 @@ class Setup:
             self.friction_between(ply, ply)
         self._check_friction()
         _refuse_other_units(self.plies, self.tools)
-        for clamp in self.clamps:
-            one_of("ply", clamp.ply, [ply.name for ply in self.plies])
+        for held in self.clamps + self.pressures:
+            one_of("ply", held.ply, [ply.name for ply in self.plies])
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
             if low.z - high.z >= need:

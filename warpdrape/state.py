@@ -99,6 +99,18 @@ class ClampState:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class LoadState:
+    """Loads on plies over time.
+
+    Attributes:
+        pressure: along the plies' normals before the coming steps and after each [Pa],
+            shape [load, step + 1].
+    """
+
+    pressure: wp.array
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class State:
     """Everything that a run changes, and what a restart needs.
 
@@ -106,6 +118,7 @@ class State:
         plies: the plies' vertices.
         tools: the tools.
         clamps: the clamps.
+        loads: pressures on the plies.
         scaled: momenta of selective mass scaling, None without.
         memory: what each force and contact remembers, in the model's order; None for nothing.
         step: number of the step since the tables of motion began, shape [1].
@@ -114,6 +127,7 @@ class State:
     plies: PlyState
     tools: ToolState
     clamps: ClampState
+    loads: LoadState
     scaled: Any
     memory: tuple[Any, ...]
     step: wp.array
@@ -158,6 +172,12 @@ def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampS
         matrix=wp.zeros(table, dtype=wp.mat33d, device=device),
         shift=wp.zeros(table, dtype=wp.vec3d, device=device),
     )
+
+
+def start_loads(scene: Setup, steps: int, device: str) -> LoadState:
+    """No load, with room for the pressures of so many steps."""
+    shape = (len(scene.pressures), steps + 1)
+    return LoadState(pressure=wp.zeros(shape, dtype=wp.float64, device=device))
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

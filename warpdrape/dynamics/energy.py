@@ -1,4 +1,4 @@
-"""The energy balance of a run: tool work and gravity in, everything stored and lost out."""
+"""The energy balance of a run: outside work in, everything stored and lost out."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ class Energies:
     tool_work: float
     clamp_work: float
     gravity_work: float
+    load_work: float
     added_mass_kinetic: float
 
     @property
@@ -45,8 +46,8 @@ class Energies:
 
     @property
     def external_work(self) -> float:
-        """Done on the plies and floating tools by tools, clamps and gravity [J]."""
-        return self.tool_work + self.clamp_work + self.gravity_work
+        """Done on the plies and floating tools by tools, clamps, gravity and loads [J]."""
+        return self.tool_work + self.clamp_work + self.gravity_work + self.load_work
 
     @property
     def unbalanced(self) -> float:
@@ -133,5 +134,6 @@ def balance(model: Model, state: State, measured: Sequence[Measured]) -> Energie
         tool_work=float(state.tools.work.numpy().sum()),
         clamp_work=float(state.clamps.work.numpy().sum()),
         gravity_work=float(fallen @ gravity),
+        load_work=sum(each.work for each in measured),
         added_mass_kinetic=added,
     )

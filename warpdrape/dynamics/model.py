@@ -15,7 +15,7 @@ from warpdrape.dynamics.time_step import LumpedMass, lump_masses
 from warpdrape.interaction import Force, Interaction, Span
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
 from warpdrape.setup import Setup
-from warpdrape.state import State, start_clamps, start_plies, start_tools
+from warpdrape.state import State, start_clamps, start_loads, start_plies, start_tools
 from warpdrape.timing import Timing, peak_speed, plan_steps
 
 RUNAWAY = 100.0
@@ -140,6 +140,7 @@ def initial_state(model: Model) -> State:
         plies=start_plies(model.rest.numpy(), device),
         tools=start_tools(scene, n, ahead, device),
         clamps=start_clamps(scene, n, ahead, device),
+        loads=start_loads(scene, ahead, device),
         scaled=start_scaled(n, device) if model.selective else None,
         memory=tuple(thing.start() for thing in model.interactions),
         step=wp.zeros(1, dtype=wp.int32, device=device),

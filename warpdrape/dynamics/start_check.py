@@ -152,6 +152,7 @@ def check_loading(scene: Setup) -> None:
     led = any(thing.motion.peak_speed > 0.0 for thing in (*scene.tools, *scene.clamps))
     turned = any(clamp.matrix is not None for clamp in scene.clamps)
     pressed = any(isinstance(tool.motion, Float) for tool in scene.tools)
+    pressed = pressed or bool(scene.pressures)
     if scene.numerics.kinetic_limit is not None and not (led or turned or pressed):
         raise InputError(
             f"kinetic_limit = {scene.numerics.kinetic_limit:g} holds tools and clamps back, and "

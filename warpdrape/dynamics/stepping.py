@@ -16,6 +16,7 @@ from warpdrape.dynamics.crew import Barrier, Crew
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
+from warpdrape.forces.pressure import along_normals
 from warpdrape.interaction import Launch
 from warpdrape.state import State
 from warpdrape.timing import frame_times
@@ -279,6 +280,8 @@ class Stepper:
             matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
             state.clamps.shift.assign(shift.reshape(-1, 3))
             state.clamps.matrix.assign(np.concatenate(matrix))
+        if scene.pressures:
+            state.loads.pressure.assign(along_normals(scene, time))
         state.step.zero_()
 
     def block(self) -> None:

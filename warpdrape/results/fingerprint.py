@@ -15,6 +15,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.model import Model
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
+from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.tool import Tool
 
 COMPUTES = ("warpdrape", "warp-lang", "numpy")
@@ -52,6 +53,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "plies": [ply.name for ply in scene.plies],
         "tools": [tool.name for tool in scene.tools],
         "clamps": [clamp.name for clamp in scene.clamps],
+        "pressures": [pressure.name for pressure in scene.pressures],
         **{f"numerics: {name}": value for name, value in numerics.items()},
     }
     for ply in scene.plies:
@@ -60,6 +62,8 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         parts.update(_tool(scene, tool))
     for clamp in scene.clamps:
         parts.update(_clamp(scene, clamp))
+    for pressure in scene.pressures:
+        parts.update(_pressure(scene, pressure))
     return json.loads(json.dumps(parts))
 
 
@@ -143,6 +147,16 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": plain(scene.friction_of(tool)),
         f"{MOTIONS}tool {tool.name!r}": plain(tool.motion),
+    }
+
+
+def _pressure(scene: Setup, pressure: Pressure) -> dict[str, Any]:
+    ply = next(ply for ply in scene.plies if ply.name == pressure.ply)
+    loaded = pressure.triangles(ply.rest_points, np.asarray(ply.mesh.triangles))
+    name = f"pressure {pressure.name!r}"
+    return {
+        f"where {name} acts": _digest(pressure.ply, pressure.side, loaded),
+        f"{MOTIONS}{name}": plain([pressure.pressure, pressure.ramp]),
     }
 
 

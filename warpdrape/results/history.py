@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdrape.dynamics.energy import Energies
 from warpdrape.dynamics.model import Model
+from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
 from warpdrape.state import State
@@ -42,6 +43,7 @@ def history_row(
     steps: int,
     energies: Energies,
     plies: Sequence[FormedPly],
+    measured: Sequence[Measured],
     before: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
     """One row of ``history.csv``; forces are means over the frame.
@@ -54,6 +56,7 @@ def history_row(
         steps: steps since the row before.
         energies: the balance now.
         plies: the plies now.
+        measured: from `energy.measure`.
         before: the row before, None for the first.
     """
     row = {"time_s": time, "loading_time_s": loading_time}
@@ -63,6 +66,8 @@ def history_row(
         row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
     row.update(_clamp_entries(model, state, loading_time, steps, before))
+    for each in measured:
+        row.update(each.readings)
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)

@@ -12,6 +12,7 @@ import numpy as np
 from warpdrape.dynamics.model import Model
 from warpdrape.materials.friction import Friction
 from warpdrape.setup import Clamp, Setup
+from warpdrape.tools.pressure import Pressure
 
 
 def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[str, Any]:
@@ -56,6 +57,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
             for tool in scene.tools
         ],
         "clamps": [_clamp(scene, clamp) for clamp in scene.clamps],
+        "pressures": [_pressure(pressure) for pressure in scene.pressures],
     }
 
 
@@ -90,6 +92,12 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
         "travel_at_end_m": None if clamp.travel is None else float(clamp.travel(end)),
         "follow": plain(np.asarray(clamp.follow, dtype=float)),
     }
+
+
+def _pressure(pressure: Pressure) -> dict[str, Any]:
+    """A pressure; whether it acts on a part of its ply only."""
+    part = pressure.where is not None
+    return {**plain(dataclasses.replace(pressure, where=None)), "where": "a part" if part else None}
 
 
 def plain(value: Any) -> Any:

@@ -81,6 +81,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     """The cases, a group at a time; the cheap ones first."""
     from warpdrape.verification import (
         bending,
+        bulge,
         compaction,
         coupons,
         friction,
@@ -93,6 +94,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield bending.bending(quick)
     yield friction.friction(quick)
     yield compaction.compaction(quick)
+    yield bulge.bulge(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
