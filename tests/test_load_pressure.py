@@ -35,9 +35,10 @@ def test_a_loose_ply_is_pushed_off(side, sign, device):
     history = result.history
     assert history["air_pressure_pa"] == pytest.approx(20.0)
     assert history["air_force_z_n"] == pytest.approx(sign * 20.0 * 4e-4, rel=1e-9)
-    assert history["air_work_j"][-1] == pytest.approx(20.0 * 4e-4 * abs(way), rel=1e-9)
+    kinetic = 0.5 * (20.0 * 4e-4 * time) ** 2 / (STIFF.areal_density * 4e-4)
+    assert history["air_work_j"][-1] == pytest.approx(kinetic, rel=1e-9)
     assert history["external_work_j"][-1] == history["air_work_j"][-1]
-    assert result.summary["energy_error"] < 2.0 * step / time
+    assert result.summary["energy_error"] < 1e-9
     assert result.summary["pressures"][0]["work_j"] == history["air_work_j"][-1]
 
 

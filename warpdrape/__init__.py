@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warpdrape.setup import Clamp
     from warpdrape.tools.motion import Float, Path, Still, Stroke
     from warpdrape.tools.pressure import Pressure
+    from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "Result",
     "RunFailed",
     "Scene",
+    "Spring",
     "Still",
     "Stroke",
     "Tool",
@@ -65,6 +67,7 @@ _HOME = {
     "Result": "results.result",
     "RunFailed": "errors",
     "Scene": "scene",
+    "Spring": "tools.spring",
     "Still": "tools.motion",
     "Stroke": "tools.motion",
     "Tool": "tools.tool",

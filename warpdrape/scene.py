@@ -22,6 +22,7 @@ class Scene(Setup):
         tools: rigid tools.
         clamps: held or led vertices.
         pressures: on sides of plies, over time.
+        springs: and grippers, from vertices of plies to a frame.
         duration: simulated time [s].
         friction: between plies and tools that name none: a Coulomb coefficient [-], or a
             `Friction` that depends on pressure or speed.

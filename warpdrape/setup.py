@@ -16,6 +16,7 @@ from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.tools.pressure import Pressure
+from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
 
 if TYPE_CHECKING:
@@ -94,6 +95,7 @@ class Setup:
     tools: Sequence[Tool] = ()
     clamps: Sequence[Clamp] = ()
     pressures: Sequence[Pressure] = ()
+    springs: Sequence[Spring] = ()
     friction: float | Friction = 0.2
     ply_friction: float | Friction | Mapping[tuple[str, str], float | Friction] = 0.3
     process_duration: float | None = None
@@ -112,6 +114,7 @@ class Setup:
             ("tools", Tool),
             ("clamps", Clamp),
             ("pressures", Pressure),
+            ("springs", Spring),
         ):
             object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
         if not self.plies:
@@ -122,8 +125,8 @@ class Setup:
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
-        acting = self.tools + self.clamps + self.pressures
-        for kind, things in (("ply", self.plies), ("tool, clamp or pressure", acting)):
+        acting = self.tools + self.clamps + self.pressures + self.springs
+        for kind, things in (("ply", self.plies), ("tool, clamp, pressure or spring", acting)):
             names = [thing.name for thing in things]
             for name in names:
                 if names.count(name) > 1:
@@ -136,7 +139,7 @@ class Setup:
             self.friction_between(ply, ply)
         self._check_friction()
         _refuse_other_units(self.plies, self.tools)
-        for held in self.clamps + self.pressures:
+        for held in self.clamps + self.pressures + self.springs:
             one_of("ply", held.ply, [ply.name for ply in self.plies])
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)

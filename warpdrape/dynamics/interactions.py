@@ -13,12 +13,12 @@ from warpdrape.contact import (
 )
 from warpdrape.contact.compaction import build_pads
 from warpdrape.contact.features import has_features
-from warpdrape.forces import bending, bending_curve, membrane, pressure
+from warpdrape.forces import bending, bending_curve, membrane, pressure, springs
 from warpdrape.interaction import Interaction, Span
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing
 
-FORCES = (membrane, bending, bending_curve, pressure)
+FORCES = (membrane, bending, bending_curve, pressure, springs)
 """Modules of forces: ``build``, and ``frequencies``, the bound on ω² of a ply's triangles.
 
 The first one is what selective mass scaling scales, and its elements say how parts on several

@@ -85,10 +85,10 @@ class Pressures:
             at = corners.numpy()
             a, b, c = (x[at[:, corner]] for corner in range(3))
             force = 0.5 * now[load] * np.cross(b - a, c - a)
-            # The last step's work is counted by the next one: here it is added.
+            # Velocities are half a step on: so is the work, by half of the force that led there.
             moved = x[at].mean(axis=1) - mine.middle.numpy()
-            last = 0.5 * ((mine.acted.numpy() + force) * moved).sum()
-            done = float(mine.work.numpy().sum() + last)
+            ahead = 0.5 * (mine.acted.numpy() * moved).sum()
+            done = float(mine.work.numpy().sum() + ahead)
             work += done
             readings[f"{pressure.name}_pressure_pa"] = float(UPWARDS[pressure.side] * now[load])
             readings[f"{pressure.name}_force_z_n"] = float(force[:, 2].sum())

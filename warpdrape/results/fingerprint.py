@@ -16,6 +16,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.pressure import Pressure
+from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
 
 COMPUTES = ("warpdrape", "warp-lang", "numpy")
@@ -54,6 +55,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "tools": [tool.name for tool in scene.tools],
         "clamps": [clamp.name for clamp in scene.clamps],
         "pressures": [pressure.name for pressure in scene.pressures],
+        "springs": [spring.name for spring in scene.springs],
         **{f"numerics: {name}": value for name, value in numerics.items()},
     }
     for ply in scene.plies:
@@ -64,6 +66,8 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         parts.update(_clamp(scene, clamp))
     for pressure in scene.pressures:
         parts.update(_pressure(scene, pressure))
+    for spring in scene.springs:
+        parts.update(_spring(scene, spring))
     return json.loads(json.dumps(parts))
 
 
@@ -157,6 +161,15 @@ def _pressure(scene: Setup, pressure: Pressure) -> dict[str, Any]:
     return {
         f"where {name} acts": _digest(pressure.ply, pressure.side, loaded),
         f"{MOTIONS}{name}": plain([pressure.pressure, pressure.ramp]),
+    }
+
+
+def _spring(scene: Setup, spring: Spring) -> dict[str, Any]:
+    ply = next(ply for ply in scene.plies if ply.name == spring.ply)
+    name = f"spring {spring.name!r}"
+    return {
+        f"what {name} pulls at": _digest(spring.ply, spring.vertices(ply.rest_points)),
+        name: plain(dataclasses.replace(spring, where=())),
     }
 
 

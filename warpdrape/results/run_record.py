@@ -13,6 +13,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.materials.friction import Friction
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.pressure import Pressure
+from warpdrape.tools.spring import Spring
 
 
 def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[str, Any]:
@@ -58,6 +59,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         ],
         "clamps": [_clamp(scene, clamp) for clamp in scene.clamps],
         "pressures": [_pressure(pressure) for pressure in scene.pressures],
+        "springs": [_spring(scene, spring) for spring in scene.springs],
     }
 
 
@@ -98,6 +100,15 @@ def _pressure(pressure: Pressure) -> dict[str, Any]:
     """A pressure; whether it acts on a part of its ply only."""
     part = pressure.where is not None
     return {**plain(dataclasses.replace(pressure, where=None)), "where": "a part" if part else None}
+
+
+def _spring(scene: Setup, spring: Spring) -> dict[str, Any]:
+    """A spring; of what it pulls at how many vertices, and where."""
+    ply = next(ply for ply in scene.plies if ply.name == spring.ply)
+    pulled = ply.rest_points[spring.vertices(ply.rest_points)]
+    between = [pulled.min(axis=0).tolist(), pulled.max(axis=0).tolist()]
+    record = plain(dataclasses.replace(spring, where=()))
+    return {**record, "where": {"vertices": len(pulled), "between_m": between}}
 
 
 def plain(value: Any) -> Any:
