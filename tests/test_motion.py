@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from warpdrape import Ply, Scene, Tool
 from warpdrape.errors import InputError
-from warpdrape.tools.motion import Float, Path, Still, Stroke, smooth_ramp
+from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke, smooth_ramp
 
 
 def speeds(displacement, start, end, n=20001):
@@ -80,6 +81,56 @@ def test_force_of_a_floating_tool_rises_smoothly():
     assert Float(force=10.0).damping == pytest.approx(2.0)
 
 
+def there_and_back():
+    down = Stroke(travel=(0.0, 0.0, -0.02), duration=0.01)
+    aside = Stroke(travel=(0.003, 0.0, 0.0), duration=0.01, start=0.015)
+    up = Stroke(travel=(0.0, 0.0, 0.05), duration=0.02, start=0.015)
+    return Stages(strokes=[up, down, aside])
+
+
+def test_stages_follow_each_other_and_those_at_one_time_add_up():
+    stages = there_and_back()
+    at = stages.displacement(np.array([0.0, 0.01, 0.014, 0.025, 0.035, 9.0]))
+    np.testing.assert_allclose(at[:3, 2], [0.0, -0.02, -0.02], atol=1e-16)
+    np.testing.assert_allclose(at[3], (0.003, 0.0, 0.005), atol=1e-12)
+    np.testing.assert_allclose(at[4:], [(0.003, 0.0, 0.03)] * 2)
+    _, _, v = speeds(stages.displacement, 0.0, 0.04)
+    assert np.abs(np.diff(v)).max() < 0.01 * v.max()
+    assert stages.peak_speed == pytest.approx(v.max(), rel=1e-3)
+    assert stages.largest_way == pytest.approx(np.hypot(0.003, 0.03), rel=1e-6)
+    assert (stages.start, stages.end) == (0.0, 0.035)
+    np.testing.assert_allclose(stages.heading, (0.0, 0.0, -0.02))
+
+
+def test_a_tool_presses_lets_go_and_leaves(device):
+    """A plate presses a ply on another by its stages; its way counts along the first of them."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.03, cells=3)
+    half = 0.5 * ply.fabric.thickness
+    down = Stroke(travel=(0.0, 0.0, -1e-3 - 2e-5), duration=2e-3)
+    up = Stroke(travel=(0.0, 0.0, 2e-3), duration=2e-3, start=4e-3)
+    top = Tool.plate(
+        name="top", width=0.1, height=0.1, facing="down", motion=Stages(strokes=[down, up])
+    )
+    table = Tool.plate(name="table", width=0.1, height=0.1).moved((0.0, 0.0, -half))
+    top = top.moved((0.0, 0.0, half + 1e-3))
+    scene = Scene(name="press", plies=[ply], tools=[table, top], duration=8e-3)
+    result = scene.run(device=device, frames=8)
+    way, force = (result.history[f"top_{name}"] for name in ("displacement_m", "force_n"))
+    np.testing.assert_allclose(way[[0, 2, 4]], [0.0, 1.02e-3, 1.02e-3], atol=1e-9)
+    assert way[-1] == pytest.approx(1.02e-3 - 2e-3)
+    assert force[3] > 1.0 and force[-1] == 0.0
+    assert result.summary["status"] == "completed"
+
+
+def test_force_of_a_floating_tool_goes_through_its_table():
+    motion = Float(force=[(0.01, 0.0), (0.02, 30.0), (0.04, 10.0)])
+    time = np.array([0.0, 0.01, 0.02, 0.03, 0.04, 1.0])
+    force = motion.force_at(time)
+    np.testing.assert_allclose(force[[0, 1, 2, 4, 5]], [0.0, 0.0, 30.0, 10.0, 10.0])
+    assert 10.0 < force[3] < 30.0
+    assert motion.damping == pytest.approx(6.0)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -93,6 +144,11 @@ def test_force_of_a_floating_tool_rises_smoothly():
         (lambda: Path(times=[0.0, 1.0], positions=np.zeros((3, 3))), "n ≥ 2"),
         (lambda: Path(times=[0.0, 1.0], positions=[[0, 0, 0], [0, 0, np.inf]]), "finite"),
         (lambda: Float(force=-1.0), "tool force = -1.0"),
+        (lambda: Float(force=[(0.0, 1.0)]), "two or more pairs"),
+        (lambda: Float(force=[(0.0, 1.0), (1.0, -1.0)]), "zero or more at all its times"),
+        (lambda: Float(force=[(1.0, 1.0), (0.0, 1.0)]), "times must rise"),
+        (lambda: Stages(strokes=[]), "must be a list of Stroke"),
+        (lambda: Stages(strokes=[Still()]), "must be a list of Stroke"),
         (lambda: Float(force=1.0, mass=0.0), "tool mass = 0.0"),
         (lambda: Float(force=1.0, axis=(0.0, 0.0, 0.0)), "zero vector"),
     ],

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
-    from warpdrape.tools.motion import Float, Path, Still, Stroke
+    from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
@@ -43,6 +43,7 @@ __all__ = [
     "RunFailed",
     "Scene",
     "Spring",
+    "Stages",
     "Still",
     "Stroke",
     "Tool",
@@ -68,6 +69,7 @@ _HOME = {
     "RunFailed": "errors",
     "Scene": "scene",
     "Spring": "tools.spring",
+    "Stages": "tools.motion",
     "Still": "tools.motion",
     "Stroke": "tools.motion",
     "Tool": "tools.tool",

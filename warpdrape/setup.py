@@ -14,7 +14,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
-from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.tools.motion import Motion, Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
@@ -60,7 +60,7 @@ class Clamp:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
             raise InputError(f"clamp name = {self.name!r} must be a plain identifier")
-        if isinstance(self.motion, Float) or not isinstance(self.motion, Still | Stroke | Path):
+        if not isinstance(self.motion, Prescribed):
             raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
@@ -240,10 +240,8 @@ def _refuse_other_units(plies: Sequence[Ply], tools: Sequence[Tool]) -> None:
                 f"tool {tool.name!r} is {size:.4g} m across, the plies {max(sizes):.4g} m: give "
                 "the metres per unit of its file, as in scale=1e-3 for millimetres"
             )
-        if isinstance(tool.motion, Stroke | Path):
-            motion = tool.motion
-            ways = motion.travel if isinstance(motion, Stroke) else motion.positions
-            way = float(np.linalg.norm(np.atleast_2d(ways), axis=1).max())
+        if isinstance(tool.motion, Prescribed):
+            way = tool.motion.largest_way
             if way > LONGEST_WAY * max(sizes):
                 raise InputError(
                     f"tool {tool.name!r} travels {way:.4g} m, more than {LONGEST_WAY:g} times the "

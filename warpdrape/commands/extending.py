@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.tools.motion import Float, Motion, Path, Stroke
+from warpdrape.tools.motion import Float, Motion, Path, Stages, Stroke
 
 if TYPE_CHECKING:
     from warpdrape.commands.resuming import Begun
@@ -122,7 +122,7 @@ def _further(scene: Scene, way: float) -> tuple[Scene, float]:
         raise InputError("--extend by a way needs a tool or clamp that travels; none does")
     time = max(_time(thing.motion, way) for thing in movers)
     motions = {thing.name: _path(thing.name, thing.motion, now, way, time) for thing in movers}
-    held = now - max(_end(thing.motion) for thing in movers)
+    held = now - max(thing.motion.end for thing in movers)
     tools, clamps = (
         [replace(t, motion=motions.get(t.name, t.motion)) for t in things]
         for things in (scene.tools, scene.clamps)
@@ -130,9 +130,9 @@ def _further(scene: Scene, way: float) -> tuple[Scene, float]:
     return replace(scene, tools=tools, clamps=clamps), time + max(held, 0.0)
 
 
-def _time(motion: Stroke | Path, way: float) -> float:
+def _time(motion: Stroke | Stages | Path, way: float) -> float:
     """Time of a smooth path of some way [m] with a motion's largest speed and acceleration [s]."""
-    fine = np.linspace(getattr(motion, "start", 0.0), _end(motion), SAMPLES)
+    fine = np.linspace(motion.start, motion.end, SAMPLES)
     step = fine[1] - fine[0]
     speeds = np.diff(motion.displacement(fine), axis=0) / step
     hardest = float(np.linalg.norm(np.diff(speeds, axis=0), axis=1).max() / step)
@@ -149,7 +149,3 @@ def _path(name: str, motion: Motion, now: float, way: float, time: float) -> Pat
             "comes to rest"
         )
     return Path(times=[now, now + time], positions=[here, here + way / whole * travel])
-
-
-def _end(motion: Motion) -> float:
-    return motion.start + motion.duration if isinstance(motion, Stroke) else float(motion.times[-1])

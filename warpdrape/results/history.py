@@ -13,7 +13,7 @@ from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
 from warpdrape.state import State
-from warpdrape.tools.motion import Float, Path, Stroke
+from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
 
@@ -25,11 +25,9 @@ def tool_axis(tool: Tool, scene: Setup) -> np.ndarray:
     """
     if isinstance(tool.motion, Float):
         return np.asarray(tool.motion.axis)
-    if isinstance(tool.motion, Stroke | Path):
-        ends = tool.motion.displacement(np.array([0.0, 1e9]))
-        travel = ends[1] - ends[0]
-        if np.linalg.norm(travel) > 0.0:
-            return travel / np.linalg.norm(travel)
+    heading = np.asarray(tool.motion.heading, dtype=float)
+    if np.linalg.norm(heading) > 0.0:
+        return heading / np.linalg.norm(heading)
     heights = [ply.z for ply in scene.plies]
     above = tool.vertices[:, 2].min() + tool.vertices[:, 2].max() > min(heights) + max(heights)
     return np.array([0.0, 0.0, -1.0 if above else 1.0])

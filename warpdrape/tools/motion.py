@@ -1,13 +1,18 @@
-"""How tools and clamps move: smooth strokes, sampled paths, and forces that let a tool float."""
+"""How tools and clamps move: strokes, stages, sampled paths, and forces under which tools float."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from warpdrape.errors import InputError, finite, positive
+from warpdrape.tools.over_time import table_over_time, through
+
+SAMPLES = 2001
+"""Times at which a motion is asked for its largest speed and way."""
 
 
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
@@ -51,10 +56,10 @@ class Still:
         """Zero [m] at any time, shape [..., 3]."""
         return np.zeros((*np.shape(time), 3))
 
-    @property
-    def peak_speed(self) -> float:
-        """Largest speed [m/s]."""
-        return 0.0
+    peak_speed: ClassVar[float] = 0.0
+    largest_way: ClassVar[float] = 0.0
+    end: ClassVar[float] = 0.0
+    heading: ClassVar[tuple[float, ...]] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,6 +109,68 @@ class Stroke:
         share = 1.0 - 0.5 * (self.ramp + self.falling)
         return float(np.linalg.norm(self.travel)) / (self.duration * share)
 
+    @property
+    def largest_way(self) -> float:
+        """Farthest that it goes from the start [m]."""
+        return float(np.linalg.norm(self.travel))
+
+    @property
+    def end(self) -> float:
+        """When it comes to rest [s]."""
+        return self.start + self.duration
+
+    @property
+    def heading(self) -> np.ndarray:
+        """Where it goes [m], shape [3]."""
+        return np.asarray(self.travel, dtype=float)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stages:
+    """Strokes one after the other, such as down, and up again; those at one time add up.
+
+    Attributes:
+        strokes: each with its own start and duration.
+    """
+
+    strokes: Sequence[Stroke]
+
+    def __post_init__(self) -> None:
+        strokes = tuple(self.strokes) if isinstance(self.strokes, list | tuple) else ()
+        if not strokes or not all(isinstance(stroke, Stroke) for stroke in strokes):
+            raise InputError(f"strokes = {self.strokes!r} must be a list of Stroke")
+        object.__setattr__(self, "strokes", strokes)
+
+    def displacement(self, time: np.ndarray) -> np.ndarray:
+        """Displacement [m] at times [s], shape [..., 3]."""
+        return sum(stroke.displacement(time) for stroke in self.strokes)
+
+    @property
+    def start(self) -> float:
+        """When it begins [s]."""
+        return min(stroke.start for stroke in self.strokes)
+
+    @property
+    def end(self) -> float:
+        """When it comes to rest [s]."""
+        return max(stroke.end for stroke in self.strokes)
+
+    @property
+    def peak_speed(self) -> float:
+        """Largest speed [m/s], sampled; that of the fastest stroke at least."""
+        return max(_peak_speed(self), *(stroke.peak_speed for stroke in self.strokes))
+
+    @property
+    def largest_way(self) -> float:
+        """Farthest that it goes from the start [m], sampled."""
+        fine = np.linspace(self.start, self.end, SAMPLES)
+        return float(np.linalg.norm(self.displacement(fine), axis=1).max())
+
+    @property
+    def heading(self) -> np.ndarray:
+        """Where its first stroke goes [m], shape [3]."""
+        return min(self.strokes, key=lambda stroke: stroke.start).heading
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
@@ -141,9 +208,34 @@ class Path:
     @property
     def peak_speed(self) -> float:
         """Largest speed [m/s], sampled."""
-        fine = np.linspace(self.times[0], self.times[-1], 2001)
-        steps = np.diff(self.displacement(fine), axis=0)
-        return float(np.linalg.norm(steps, axis=1).max() / (fine[1] - fine[0]))
+        return _peak_speed(self)
+
+    @property
+    def largest_way(self) -> float:
+        """Farthest that it goes from the start [m]."""
+        return float(np.linalg.norm(self.positions, axis=1).max())
+
+    @property
+    def start(self) -> float:
+        """When it begins [s]."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """When it comes to rest [s]."""
+        return float(self.times[-1])
+
+    @property
+    def heading(self) -> np.ndarray:
+        """Where it ends [m], shape [3]."""
+        return self.positions[-1] - self.positions[0]
+
+
+def _peak_speed(motion: Path | Stages) -> float:
+    """Largest speed of a motion [m/s], sampled."""
+    fine = np.linspace(motion.start, motion.end, SAMPLES)
+    steps = np.diff(motion.displacement(fine), axis=0)
+    return float(np.linalg.norm(steps, axis=1).max() / (fine[1] - fine[0]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,32 +243,41 @@ class Float:
     """A tool that floats along an axis under a force, and shows how far it went.
 
     Attributes:
-        force: pressing force [N], the tool's weight included.
+        force: pressing force [N], the tool's weight included; or pairs (time [s], force [N])
+            through which it goes smoothly, the ends holding before and after.
         axis: direction in which it presses, shape [3].
         mass: moving mass [kg].
         ramp: time over which the force rises smoothly from zero [s].
-        damping: of the motion along the axis [N·s/m]; None takes ``force`` at 5 m/s.
+        damping: of the motion along the axis [N·s/m]; None takes the largest ``force`` at 5 m/s.
     """
 
-    force: float
+    force: float | Sequence[tuple[float, float]]
     axis: Sequence[float] = (0.0, 0.0, -1.0)
     mass: float = 0.5
     ramp: float = 2e-3
     damping: float | None = None
 
     def __post_init__(self) -> None:
-        positive("tool force", self.force, unit="N", zero=True)
+        if isinstance(self.force, list | tuple | np.ndarray):
+            object.__setattr__(self, "force", table_over_time("tool force", self.force, "N"))
+            largest = max(force for _, force in self.force)
+            if min(force for _, force in self.force) < 0.0:
+                raise InputError("tool force must be zero or more at all its times")
+        else:
+            largest = positive("tool force", self.force, unit="N", zero=True)
         positive("tool mass", self.mass, unit="kg")
         positive("force ramp", self.ramp, unit="s", zero=True)
         axis = vector("tool axis", self.axis)
         if np.linalg.norm(axis) == 0.0:
             raise InputError("tool axis must not be the zero vector")
         object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
-        damping = self.force / 5.0 if self.damping is None else self.damping
+        damping = largest / 5.0 if self.damping is None else self.damping
         object.__setattr__(self, "damping", positive("tool damping", damping, zero=True))
 
     def force_at(self, time: np.ndarray) -> np.ndarray:
         """Force [N] at times [s]."""
+        if isinstance(self.force, tuple):
+            return through(self.force, time)
         if self.ramp == 0.0:
             return np.full(np.shape(time), self.force)
         return self.force * smooth_ramp(np.asarray(time) / self.ramp, 0.5, 0.5)
@@ -187,4 +288,5 @@ class Float:
         return 0.0
 
 
-Motion = Still | Stroke | Path | Float
+Prescribed = Still | Stroke | Stages | Path
+Motion = Prescribed | Float

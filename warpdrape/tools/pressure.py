@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.tools.motion import smooth_ramp
+from warpdrape.tools.over_time import table_over_time, through
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,7 +42,8 @@ class Pressure:
         one_of(f"side of pressure {self.name!r}", self.side, ("upper", "lower"))
         positive(f"ramp of pressure {self.name!r}", self.ramp, unit="s", zero=True)
         if isinstance(self.pressure, Sequence) and not isinstance(self.pressure, str):
-            object.__setattr__(self, "pressure", self._table())
+            table = table_over_time(f"pressure {self.name!r}", self.pressure, "Pa")
+            object.__setattr__(self, "pressure", table)
         else:
             finite(f"pressure {self.name!r}", self.pressure, unit="Pa")
         if self.where is not None and not callable(self.where):
@@ -50,26 +51,11 @@ class Pressure:
                 f"pressure {self.name!r}: where must be a function of the flat points to a mask"
             )
 
-    def _table(self) -> tuple[tuple[float, float], ...]:
-        try:
-            table = np.array(self.pressure, dtype=float)
-        except (TypeError, ValueError):
-            table = np.empty(0)
-        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2 or not np.isfinite(table).all():
-            raise InputError(
-                f"pressure {self.name!r} must be one number [Pa], or two or more pairs of finite "
-                "numbers (time [s], pressure [Pa])"
-            )
-        if (np.diff(table[:, 0]) <= 0.0).any():
-            raise InputError(f"pressure {self.name!r}: its times must rise")
-        return tuple((float(time), float(value)) for time, value in table)
-
     def at(self, time: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at times [s], of their shape."""
         time = np.asarray(time, dtype=float)
         if isinstance(self.pressure, tuple):
-            times, values = np.array(self.pressure).T
-            return PchipInterpolator(times, values)(np.clip(time, times[0], times[-1]))
+            return through(self.pressure, time)
         if self.ramp == 0.0:
             return np.full(time.shape, float(self.pressure))
         return self.pressure * smooth_ramp(time / self.ramp, 0.5, 0.5)

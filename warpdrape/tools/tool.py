@@ -12,7 +12,7 @@ import trimesh
 
 from warpdrape.errors import InputError, finite, positive
 from warpdrape.materials.friction import Friction, friction_of
-from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
+from warpdrape.tools.motion import Motion, Still, vector
 from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
 
@@ -39,7 +39,7 @@ class Tool:
             raise InputError(
                 f"tool name = {self.name!r} must be a plain identifier, such as 'punch'"
             )
-        if not isinstance(self.motion, Still | Stroke | Path | Float):
+        if not isinstance(self.motion, Motion):
             raise InputError(f"tool {self.name!r}: motion = {self.motion!r} is not a motion")
         if self.friction is not None:
             friction_of(f"tool {self.name!r}: friction", self.friction)
