@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from warpdrape import Ply, Scene
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.errors import InputError
 from warpdrape.tools.motion import Float
@@ -176,6 +177,46 @@ def test_area_of_facets_comes_to_that_of_the_sphere():
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.1)
 
 
+HOLDER = {"hole_radius": 0.06, "outer_radius": 0.1, "edge_radius": 2e-3}
+
+
+def test_sectors_of_a_holder_make_the_whole_ring():
+    whole = Tool.blank_holder(**HOLDER)
+    quarters = [
+        Tool.blank_holder(**HOLDER, sector=(math.pi / 2 * k, math.pi / 2 * (k + 1)))
+        for k in range(4)
+    ]
+    areas = [part.surface.mesh.area for part in quarters]
+    assert sum(areas) == pytest.approx(whole.surface.mesh.area, rel=1e-3)
+    assert np.ptp(areas) < 1e-9 * areas[0]
+    middle = quarters[1].surface.mesh.triangles_center
+    assert (middle[:, 0] < 0.0).all() and (middle[:, 1] > 0.0).all()
+    assert quarters[0].surface.normals[..., 2].min() == pytest.approx(-1.0)
+
+
+def test_each_segment_of_a_holder_presses_with_its_own_force(device):
+    """A ply on a plate under three segments: each bears its force, and the plate all of them."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.22, cells=22)
+    half = 0.5 * ply.fabric.thickness
+    forces = (30.0, 10.0, 20.0)
+    segments = [
+        Tool.blank_holder(
+            f"segment_{k}",
+            **HOLDER,
+            sector=(2.1 * k, 2.1 * k + 2.0),
+            motion=Float(force=force, mass=0.3, ramp=2e-3),
+        ).moved((0.0, 0.0, half))
+        for k, force in enumerate(forces)
+    ]
+    table = Tool.plate(name="table", width=0.4, height=0.4).moved((0.0, 0.0, -half))
+    scene = Scene(name="held", plies=[ply], tools=[table, *segments], duration=12e-3)
+    history = scene.run(device=device, frames=6).history
+    for k, force in enumerate(forces):
+        assert history[f"segment_{k}_force_n"][-1] == pytest.approx(force, rel=0.02)
+    weight = ply.fabric.areal_density * 0.22**2 * 9.81
+    assert history["table_force_n"][-1] == pytest.approx(sum(forces) + weight, rel=0.02)
+
+
 def test_moved_and_turned_tools_keep_their_normals():
     tool = TOOLS["punch"][0]
     there = tool.moved((0.1, 0.2, 0.3))
@@ -254,6 +295,9 @@ def test_mesh_files_come_with_a_scale(tmp_path):
             lambda: extrude([Line((0, 0), (1, 0)), Arc((0, 0), 2.0, 0.0, 1.0)], 1.0, 0.1),
             "does not start where",
         ),
+        (lambda: Tool.blank_holder(**HOLDER, sector=(0.0, 90.0)), "less than a whole turn, in rad"),
+        (lambda: Tool.blank_holder(**HOLDER, sector=(1.0, 0.5)), "must rise"),
+        (lambda: Tool.blank_holder(**HOLDER, sector=1.0), "must be two angles"),
     ],
 )
 def test_bad_tools_are_refused(make, words):

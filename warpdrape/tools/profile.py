@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from warpdrape.errors import InputError, positive
+from warpdrape.errors import InputError, finite, positive
 
 FACET_ANGLE = math.radians(6.0)
 """Largest turn of an arc per facet [rad]."""
@@ -83,30 +83,52 @@ class Surface:
     exact: bool
 
 
-def revolve(pieces: list[Piece], facet: float) -> Surface:
+def revolve(
+    pieces: list[Piece], facet: float, sector: tuple[float, float] | None = None
+) -> Surface:
     """Revolve a profile in (r, z) round the z axis.
 
     Args:
         pieces: lines and arcs, one after the other; r ≥ 0.
         facet: facet size aimed at [m].
+        sector: angles from and to which it goes, counter-clockwise from x [rad]; None all round.
 
     Raises:
-        InputError: if the profile crosses the axis or does not hang together.
+        InputError: if the profile crosses the axis or does not hang together, or the sector is
+            none.
     """
+    first, turn = _sector(sector)
     ends, normals = _sample(pieces, facet)
     radius = ends[..., 0].max()
     if ends[..., 0].min() < -1e-12:
         raise InputError("a revolved profile must not cross the axis (r < 0)")
-    turns = max(2 * math.pi / FACET_ANGLE, 2 * math.pi * radius / facet)
+    turns = max(turn / FACET_ANGLE, turn * radius / facet)
     _refuse_too_many(len(ends) * turns, facet)
-    angle = np.linspace(0.0, 2 * math.pi, 4 * math.ceil(turns / 4) + 1)
-    angle[-1] = 0.0  # closes on the very same points
+    angle = np.linspace(first, first + turn, 4 * math.ceil(turns / 4) + 1)
+    if sector is None:
+        angle[-1] = first  # closes on the very same points
 
     def spin(rz: np.ndarray) -> np.ndarray:
         r, z = rz[..., 0, None], rz[..., 1, None]
         return np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], -1)
 
     return _surface(spin(ends), spin(normals))
+
+
+def _sector(sector: tuple[float, float] | None) -> tuple[float, float]:
+    """Where a revolution begins, and by how much it turns [rad]."""
+    if sector is None:
+        return 0.0, 2 * math.pi
+    try:
+        first, last = (finite("sector", angle, unit="rad") for angle in sector)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"sector = {sector!r} must be two angles [rad]") from error
+    if not 0.0 < last - first < 2 * math.pi:
+        raise InputError(
+            f"sector = {sector!r} must rise by less than a whole turn, in radians: leave it out "
+            "for all round"
+        )
+    return first, last - first
 
 
 def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:

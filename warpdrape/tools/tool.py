@@ -187,9 +187,12 @@ class Tool:
         outer_radius: float,
         edge_radius: float = 2e-3,
         facet: float = 5e-3,
+        sector: tuple[float, float] | None = None,
         **options,
     ) -> Tool:
-        """Flat ring facing down at z = 0, its hole's edge rounded.
+        """Flat ring facing down at z = 0, its hole's edge rounded; or a sector of one.
+
+        Several sectors, each with a force of its own, make a segmented blank holder.
 
         Args:
             name: how results call it.
@@ -197,6 +200,8 @@ class Tool:
             outer_radius: of the ring [m].
             edge_radius: of the rounding between flat and hole [m].
             facet: facet size [m].
+            sector: angles from and to which it goes, counter-clockwise from x [rad]; None all
+                round.
             options: motion, friction.
         """
         hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
@@ -205,7 +210,7 @@ class Tool:
             Arc((hole + edge, edge), edge, -math.pi / 2, -math.pi),
             Line((hole, edge), (hole, 5.0 * edge)),
         ]
-        return cls(name=name, surface=revolve(pieces, facet), **options)
+        return cls(name=name, surface=revolve(pieces, facet, sector), **options)
 
     @classmethod
     def table(
