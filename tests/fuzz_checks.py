@@ -156,6 +156,7 @@ CALLS = {
 """Each callable with arguments that it takes."""
 HUGE = 10**400
 WRONG = [
+    10**5000, [10**5000] * 3,
     None, True, False, "text", "", b"x", "1.0", 1j, math.nan, math.inf, -math.inf, 0, -1, 1, 2.5,
     1e-320, 1e-200, 1e-30, 1e-9, 1e9, 1e200, 1e308, HUGE, -HUGE, 2**63, 2**31, -(2**70), [], (), {},
     set(), object(), object, len, lambda *_: HUGE, np.nan, np.float32("inf"), np.int64(-5),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.errors import InputError, one_of, positive
+from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.numerics import Numerics
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
 from warpdrape.tools.tool import Tool
@@ -55,9 +55,11 @@ class Clamp:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"clamp name = {self.name!r} must be a plain identifier")
+            raise InputError(f"clamp name = {said(self.name)} must be a plain identifier")
         if isinstance(self.motion, Float) or not isinstance(self.motion, Still | Stroke | Path):
-            raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
+            raise InputError(
+                f"clamp {self.name!r}: motion = {said(self.motion)} must be prescribed"
+            )
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
 
@@ -107,11 +109,11 @@ class Setup:
         if not self.plies:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
-        one_of("self_contact", self.self_contact, (True, False))
+        true_or_false("self_contact", self.self_contact)
         positive("friction", self.friction, zero=True)
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
-            raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
+            raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         for kind, things in (("ply", self.plies), ("tool or clamp", self.tools + self.clamps)):
             names = [thing.name for thing in things]
             for name in names:
@@ -169,10 +171,10 @@ class Setup:
 def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:
     """Return a sequence as a tuple; raise `InputError` where an entry is of another type."""
     if not isinstance(things, Sequence) or isinstance(things, str):
-        raise InputError(f"{name} = {things!r} must be a list of {kind.__name__}")
+        raise InputError(f"{name} = {said(things)} must be a list of {kind.__name__}")
     for number, thing in enumerate(things):
         if not isinstance(thing, kind):
-            raise InputError(f"{name}[{number}] = {thing!r} is not a {kind.__name__}")
+            raise InputError(f"{name}[{number}] = {said(thing)} is not a {kind.__name__}")
     return tuple(things)
 
 

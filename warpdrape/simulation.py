@@ -22,7 +22,7 @@ from warpdrape.dynamics.start_check import (
     check_tools,
 )
 from warpdrape.dynamics.stepping import Stepper
-from warpdrape.errors import InputError, RunFailed
+from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.extension import check_motions, longer
 from warpdrape.recorder import Recorder
 from warpdrape.restart import Keeper, Restart, read_restart
@@ -57,7 +57,7 @@ def run_scene(
     if frames is not None and (
         isinstance(frames, bool) or not isinstance(frames, int) or frames < 1
     ):
-        raise InputError(f"frames = {frames!r} must be a whole number above zero")
+        raise InputError(f"frames = {said(frames)} must be a whole number above zero")
     cadence = read_cadence(checkpoint)
     check_device(device)
     folder = _folder(out, resume, overwrite)

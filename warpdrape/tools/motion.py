@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, numbers, positive, said
 
 
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
     """Return three finite floats; raise `InputError` otherwise."""
     try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        array = numbers(name, value)
+    except InputError:
         array = np.empty(0)
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise InputError(f"{name} = {value!r} must be three finite numbers")
+        raise InputError(f"{name} = {said(value)} must be three finite numbers")
     return array
 
 
@@ -118,8 +118,8 @@ class Path:
     positions: Sequence[Sequence[float]]
 
     def __post_init__(self) -> None:
-        times = np.asarray(self.times, dtype=float)
-        positions = np.asarray(self.positions, dtype=float)
+        times = numbers("path times", self.times)
+        positions = numbers("path positions", self.positions)
         if times.ndim != 1 or times.size < 2 or positions.shape != (times.size, 3):
             raise InputError("a path needs n ≥ 2 times and n displacements of three numbers")
         if not (np.isfinite(times).all() and np.isfinite(positions).all()):
