@@ -64,7 +64,7 @@ def test_anything_anywhere(where, value):
 
 
 @pytest.mark.filterwarnings("ignore")
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(where=st.sampled_from(ARGUMENTS), value=ANYTHING)
 def test_some_things_anywhere(where, value):
     refused_or_made(*where, value)
@@ -197,7 +197,7 @@ def test_none_of_many_nonsenses_either():
 SETTINGS = ["nan", "inf", "-1", "0", "1e400", "9" * 400, "text", "", "none", "1e-320", "1e308"]
 
 
-@pytest.mark.parametrize("scene", ["hemisphere", "stacked_hemisphere", "bias_extension"])
+@pytest.mark.parametrize("scene", ["hemisphere", "bias_extension"])
 def test_settings_of_bundled_scenes(scene, tmp_path, capsys, monkeypatch):
     """No value of any parameter brings more than a line."""
     from warpdrape.commands.scene_library import find_script
@@ -205,7 +205,7 @@ def test_settings_of_bundled_scenes(scene, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("warpdrape.scene.Scene.run", lambda *_, **__: pytest.skip())
     script = find_script(scene)
     pairs = list(itertools.product(script.parameters, SETTINGS))
-    for name, value in few(pairs, 40):
+    for name, value in few(pairs, 25):
         try:
             script.make([f"{name}={value}"])
         except InputError as error:

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import psutil
+import pytest
 from pxr import Usd
 
 from warpdrape import announcement
@@ -54,6 +55,7 @@ def test_a_long_run_says_what_it_will_take_and_changes_nothing(monkeypatch):
     assert before == {name: array.numpy().tobytes() for name, array, _ in all_arrays(state)}
 
 
+@pytest.mark.slow
 def test_the_space_that_was_announced_is_what_frames_take(tmp_path):
     sizes = []
     for frames in (2, 12):
