@@ -14,3 +14,21 @@ def devices():
 def device(request):
     """Every device that computes here."""
     return request.param
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory):
+    """A warm interpreter whose forks run commands that are killed, or whose disk fails."""
+    from fault_checks import Server
+
+    server = Server(tmp_path_factory.mktemp("server"))
+    yield server
+    server.close()
+
+
+@pytest.fixture(scope="session")
+def whole(server, tmp_path_factory):
+    """A run that nothing happened to, and what running it again took."""
+    folder = tmp_path_factory.mktemp("whole") / "run"
+    assert server.run(folder)["status"] == 0
+    return folder, server.run(folder)

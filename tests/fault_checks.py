@@ -73,21 +73,6 @@ class Server:
         self._process.wait()
 
 
-@pytest.fixture(scope="session")
-def server(tmp_path_factory):
-    server = Server(tmp_path_factory.mktemp("server"))
-    yield server
-    server.close()
-
-
-@pytest.fixture(scope="session")
-def whole(server, tmp_path_factory):
-    """A run that nothing happened to, and how long it took [s]."""
-    folder = tmp_path_factory.mktemp("whole") / "run"
-    assert server.run(folder)["status"] == 0
-    return folder, server.run(folder)
-
-
 def assert_whole_files(folder: Path) -> None:
     """What has its final name is whole; a checkpoint is of the last frame but one, or later."""
     for name in ("run.json", "summary.json"):

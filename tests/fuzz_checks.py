@@ -27,6 +27,9 @@ SCENE = {
     "duration": 1e-3,
     "friction": 0.2,
     "ply_friction": 0.3,
+    "process_duration": 10.0,
+    "pressures": [wd.Pressure(name="air", ply="low", pressure=10.0)],
+    "springs": [],
     "self_contact": True,
     "gravity": (0.0, 0.0, -9.81),
     "numerics": wd.Numerics(),
@@ -50,7 +53,13 @@ CALLS = {
     ),
     "holder": (
         wd.Tool.blank_holder,
-        {**MOVING, "hole_radius": 0.05, "outer_radius": 0.1, "edge_radius": 2e-3},
+        {
+            **MOVING,
+            "hole_radius": 0.05,
+            "outer_radius": 0.1,
+            "edge_radius": 2e-3,
+            "sector": (0.0, 1.0),
+        },
     ),
     "table": (wd.Tool.table, {**MOVING, "radius": 0.05, "edge_radius": 5e-3, "depth": 0.05}),
     "sphere": (wd.Tool.sphere, {**MOVING, "radius": 0.05}),
@@ -86,6 +95,47 @@ CALLS = {
             "matrix": None,
             "travel": None,
         },
+    ),
+    "force over time": (wd.Float, {"force": [(0.0, 0.0), (0.1, 10.0)]}),
+    "stages": (wd.Stages, {"strokes": [wd.Stroke(travel=(0.0, 0.0, -0.1), duration=0.1)]}),
+    "pressure": (
+        wd.Pressure,
+        {
+            "name": "air",
+            "ply": "low",
+            "pressure": 1e3,
+            "side": "upper",
+            "ramp": 1e-3,
+            "where": None,
+        },
+    ),
+    "spring": (
+        wd.Spring,
+        {
+            "name": "grip",
+            "ply": "low",
+            "where": [0, 1],
+            "to": (0.1, 0.0, 0.0),
+            "stiffness": 100.0,
+            "preload": 1.0,
+            "direction": "fixed",
+            "slip_force": 10.0,
+            "break_force": 20.0,
+        },
+    ),
+    "friction": (
+        wd.Friction,
+        {
+            "coefficient": 0.3,
+            "by_pressure": [(0.0, 0.4), (1e4, 0.2)],
+            "by_speed": [(0.0, 0.4), (1.0, 0.2)],
+            "by_angle": [(0.0, 0.4), (90.0, 0.2)],
+            "source": "a test",
+        },
+    ),
+    "stribeck": (
+        wd.Friction,
+        {"coefficient": 0.3, "by_hersey": [(0.0, 0.4), (1e-4, 0.2)], "viscosity": 100.0},
     ),
     "numerics": (wd.Numerics, vars(wd.Numerics())),
     "scene": (wd.Scene, SCENE),
@@ -156,6 +206,7 @@ CALLS = {
 """Each callable with arguments that it takes."""
 HUGE = 10**400
 WRONG = [
+    10**5000, [10**5000] * 3,
     None, True, False, "text", "", b"x", "1.0", 1j, math.nan, math.inf, -math.inf, 0, -1, 1, 2.5,
     1e-320, 1e-200, 1e-30, 1e-9, 1e9, 1e200, 1e308, HUGE, -HUGE, 2**63, 2**31, -(2**70), [], (), {},
     set(), object(), object, len, lambda *_: HUGE, np.nan, np.float32("inf"), np.int64(-5),

@@ -175,7 +175,7 @@ def test_plies_rub_by_the_angle_between_their_warps(turned, mu, device):
         ({"coefficient": 0.3, "by_speed": ((1.0, 0.3),)}, "by_speed has one point"),
         ({"coefficient": 0.3, "by_speed": ((1.0, 0.3), (0.0, 0.2))}, "sort it"),
         ({"coefficient": 0.3, "by_pressure": ((0.0, 0.3), (1.0, -0.2))}, "below zero"),
-        ({"coefficient": 0.3, "by_pressure": "much"}, "must be pairs of numbers"),
+        ({"coefficient": 0.3, "by_pressure": "much"}, "must be finite numbers"),
         ({"coefficient": 0.3, "by_pressure": ((0.0, 0.3), (1.0, math.nan))}, "finite"),
         ({"coefficient": 0.3, "by_hersey": HERSEY}, "go together"),
         ({"coefficient": 0.3, "viscosity": 1.0}, "go together"),

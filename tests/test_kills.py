@@ -3,27 +3,22 @@
 import signal
 
 import pytest
-from fault_checks import (  # noqa: F401
-    kill_and_resume,
-    moments,
-    server,
-    whole,
-)
+from fault_checks import kill_and_resume, moments
 from resume_checks import assert_same_folder
 
 BEFORE, MIDST = -1, -2
 """A kill before a call that changes the folder; and in its midst, a write done by half."""
 
 
-def test_killed_at_some_writes(server, whole, tmp_path):  # noqa: F811
+def test_killed_at_some_writes(server, whole, tmp_path):
     folder, done = whole
-    for number in range(7, done["calls"] + 1, done["calls"] // 4):
+    for number in (done["calls"] // 3, done["calls"] - 6):
         kill_and_resume(server, tmp_path / "run", folder, at=number, kind=MIDST)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [BEFORE, MIDST])
-def test_killed_at_every_write(kind, server, whole, tmp_path):  # noqa: F811
+def test_killed_at_every_write(kind, server, whole, tmp_path):
     folder, done = whole
     assert done["calls"] > 100
     for number in range(1, done["calls"] + 1):
@@ -32,7 +27,7 @@ def test_killed_at_every_write(kind, server, whole, tmp_path):  # noqa: F811
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [BEFORE, MIDST])
-def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):  # noqa: F811
+def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):
     """The second life is as safe as the first."""
     folder, done = whole
     half = {"at": done["calls"] // 2, "kind": BEFORE}
@@ -47,7 +42,7 @@ def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):  # no
 
 
 @pytest.mark.slow
-def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):  # noqa: F811
+def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):
     folder, done = whole
     left = [
         kill_and_resume(server, tmp_path / "run", folder, after=after)
@@ -58,8 +53,15 @@ def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):  # noqa: 
     assert len(kinds) > 4
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_signals_end_a_run_in_order(number, server, whole, tmp_path):  # noqa: F811
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGTERM,
+        pytest.param(signal.SIGINT, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, marks=pytest.mark.slow),
+    ],
+)
+def test_signals_end_a_run_in_order(number, server, whole, tmp_path):
     folder, _ = whole
     begun = str(tmp_path / "run" / "checkpoint.npz")
     ended = server.run(tmp_path / "run", when=begun, after=0.01, signal=number)

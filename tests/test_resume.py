@@ -24,10 +24,16 @@ FRAMES = 8
 @pytest.fixture(autouse=True)
 def few_looks(monkeypatch):
     """Each look at the energies of a paced run costs as much as a block of these."""
-    monkeypatch.setattr("warpdrape.timing.LOOKS", 40)
+    monkeypatch.setattr("warpdrape.timing.LOOKS", 16)
 
 
-@pytest.mark.parametrize("name", SCENES)
+LESS_OFTEN = ("friction between fibres", "membranes, exact")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in LESS_OFTEN else n for n in SCENES],
+)
 def test_a_run_that_was_cut_off_ends_as_one_that_was_not(name, tmp_path, monkeypatch):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     expected = SCENES[name]().run(whole, frames=FRAMES, checkpoint=2)
@@ -51,6 +57,7 @@ def test_parts_on_threads_go_on_to_the_bit_too(tmp_path, monkeypatch):
     assert timeless(result.summary) == timeless(expected.summary)
 
 
+@pytest.mark.slow
 def test_a_run_may_be_cut_off_again_and_again(tmp_path, monkeypatch):
     press().run(tmp_path / "whole", frames=FRAMES)
     cut_off(press(), tmp_path / "cut", 1, monkeypatch, every=1)
@@ -62,6 +69,7 @@ def test_a_run_may_be_cut_off_again_and_again(tmp_path, monkeypatch):
     assert_same_folder(tmp_path / "cut", tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_a_blow_up_after_a_restart_shows_the_same_last_good_frame(tmp_path, monkeypatch):
     """The first look after a restart finds it: the last good frame is the checkpoint's."""
 
@@ -85,6 +93,7 @@ def test_a_blow_up_after_a_restart_shows_the_same_last_good_frame(tmp_path, monk
     np.testing.assert_array_equal(again.plies[1].points, whole.plies[1].points)
 
 
+@pytest.mark.slow
 def test_a_finished_run_ends_again_as_it_did(tmp_path):
     whole = press().run(tmp_path / "run", frames=2)
     before = {f.name: f.read_bytes() for f in (tmp_path / "run").iterdir()}
@@ -303,6 +312,7 @@ def test_a_run_without_checkpoints_leaves_none(tmp_path):
     assert not (tmp_path / "run" / "checkpoint.npz").exists()
 
 
+@pytest.mark.slow
 def test_a_run_killed_before_its_first_checkpoint_begins_anew(tmp_path, monkeypatch):
     press().run(tmp_path / "whole", frames=2)
     cut_off(press(), tmp_path / "cut", 0, monkeypatch, frames=2)
@@ -311,6 +321,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_anew(tmp_path, monkeypa
     assert_same_folder(tmp_path / "cut", tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_more_frames_are_those_of_a_run_that_was_longer_from_the_start(tmp_path):
     """With the same steps, as here where both are planned alike, the same to the bit."""
     long = dataclasses.replace(press(), duration=8e-3)

@@ -170,7 +170,7 @@ def test_springs_are_on_the_record_of_a_run(tmp_path):
         ({"direction": "up"}, "following"),
         ({"preload": 3.0, "slip_force": 2.0}, "must lie above its preload"),
         ({"break_force": math.nan}, "finite"),
-        ({"where": lambda p: p[:, 0] > 9.0}, "pulls at no vertex"),
+        ({"where": lambda p: p[:, 0] > 9.0}, "holds no vertex"),
         ({"where": [99]}, "has no vertex 99"),
         ({"where": lambda p: p[:, 0]}, "vertex numbers or a mask"),
         ({"name": "2 grips"}, "plain identifier"),

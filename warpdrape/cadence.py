@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, said
 
 SHARE = 0.01
 """Share of a run's time that its checkpoints take at most, where nothing is asked [-]."""
@@ -60,5 +60,5 @@ def read_cadence(asked: str | int) -> Cadence | None:
     if found and "." not in found[1] and int(found[1]) > 0:
         return Cadence(frames=int(found[1]))
     raise InputError(
-        f"checkpoint = {asked!r} must be frames such as 5, a time such as 60s, auto, or none"
+        f"checkpoint = {said(asked)} must be frames such as 5, a time such as 60s, auto, or none"
     )

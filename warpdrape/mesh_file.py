@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import trimesh
 
 FORMATS = "STL, OBJ, PLY, OFF or GLB"
 """What can be read with the packages that are installed along; others need one more."""
+
+FARTHEST = 1e9
+"""Largest coordinate, in the file's unit, beyond which vertices cannot be compared to 1e-8."""
 
 
 def why_unreadable(path: str | os.PathLike, error: Exception) -> str:
@@ -21,3 +30,18 @@ def why_unreadable(path: str | os.PathLike, error: Exception) -> str:
         needs = f"the Python package {package!r}" if package else f"one more package ({error})"
         return f"{kind} files need {needs}: install it, or save the mesh as {FORMATS}"
     return f"{error or type(error).__name__}; save it as {FORMATS}"
+
+
+def fault_of(mesh: trimesh.Trimesh) -> str:
+    """What makes a mesh unusable that was read from a damaged file, in words; empty for nothing."""
+    vertices, facets = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or facets.ndim != 2 or facets.shape[1] != 3:
+        return "holds other things than triangles in space: save it as triangles"
+    finite = vertices[np.isfinite(vertices)]
+    if np.abs(finite).max(initial=0.0) > FARTHEST:
+        return f"reaches {np.abs(finite).max():.4g}: repair it, or give another unit"
+    outside = ((facets < 0) | (facets >= len(vertices))).any(axis=1)
+    if outside.any():
+        at = int(np.argmax(outside))
+        return f"has a facet, number {at}, of vertices that it does not have: repair it"
+    return ""

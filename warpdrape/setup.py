@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.errors import InputError, one_of, positive
+from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
+from warpdrape.tools.chosen import Chosen, chosen_vertices
 from warpdrape.tools.motion import Motion, Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
@@ -50,7 +51,7 @@ class Clamp:
 
     name: str
     ply: str
-    where: Callable[[np.ndarray], np.ndarray] | Sequence[int]
+    where: Chosen
     motion: Motion = field(default_factory=Still)
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
@@ -59,30 +60,17 @@ class Clamp:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"clamp name = {self.name!r} must be a plain identifier")
+            raise InputError(f"clamp name = {said(self.name)} must be a plain identifier")
         if not isinstance(self.motion, Prescribed):
-            raise InputError(f"clamp {self.name!r}: motion = {self.motion!r} must be prescribed")
+            raise InputError(
+                f"clamp {self.name!r}: motion = {said(self.motion)} must be prescribed"
+            )
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
 
     def vertices(self, points: np.ndarray) -> np.ndarray:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""
-        chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
-        if chosen.dtype == bool and chosen.shape != (len(points),):
-            raise InputError(
-                f"clamp {self.name!r}: its mask has shape {chosen.shape}, not "
-                f"({len(points)},), one for each vertex of ply {self.ply!r}"
-            )
-        index = np.flatnonzero(chosen) if chosen.dtype == bool else chosen.astype(int)
-        if index.size == 0:
-            raise InputError(f"clamp {self.name!r} holds no vertex of ply {self.ply!r}")
-        if index.min() < 0 or index.max() >= len(points):
-            odd = index[(index < 0) | (index >= len(points))][0]
-            raise InputError(
-                f"clamp {self.name!r}: ply {self.ply!r} has no vertex {odd}, "
-                f"only 0..{len(points) - 1}"
-            )
-        return index
+        return chosen_vertices(f"clamp {self.name!r}", self.where, self.ply, points)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,11 +108,11 @@ class Setup:
         if not self.plies:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
-        one_of("self_contact", self.self_contact, (True, False))
+        true_or_false("self_contact", self.self_contact)
         friction_of("friction", self.friction)
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
-            raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
+            raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         acting = self.tools + self.clamps + self.pressures + self.springs
         for kind, things in (("ply", self.plies), ("tool, clamp, pressure or spring", acting)):
             names = [thing.name for thing in things]
@@ -217,10 +205,10 @@ class Setup:
 def _all_of(name: str, things: Any, kind: type) -> tuple[Any, ...]:
     """Return a sequence as a tuple; raise `InputError` where an entry is of another type."""
     if not isinstance(things, Sequence) or isinstance(things, str):
-        raise InputError(f"{name} = {things!r} must be a list of {kind.__name__}")
+        raise InputError(f"{name} = {said(things)} must be a list of {kind.__name__}")
     for number, thing in enumerate(things):
         if not isinstance(thing, kind):
-            raise InputError(f"{name}[{number}] = {thing!r} is not a {kind.__name__}")
+            raise InputError(f"{name}[{number}] = {said(thing)} is not a {kind.__name__}")
     return tuple(things)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 
+from warpdrape.announcement import announcement
 from warpdrape.cadence import Cadence, read_cadence
 from warpdrape.contact.closing import closing_tools
 from warpdrape.dynamics.crew import choose_threads
@@ -22,7 +23,7 @@ from warpdrape.dynamics.start_check import (
     check_tools,
 )
 from warpdrape.dynamics.stepping import Stepper
-from warpdrape.errors import InputError, RunFailed
+from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.extension import check_motions, longer
 from warpdrape.recorder import Recorder
 from warpdrape.restart import Keeper, Restart, read_restart
@@ -57,7 +58,7 @@ def run_scene(
     if frames is not None and (
         isinstance(frames, bool) or not isinstance(frames, int) or frames < 1
     ):
-        raise InputError(f"frames = {frames!r} must be a whole number above zero")
+        raise InputError(f"frames = {said(frames)} must be a whole number above zero")
     cadence = read_cadence(checkpoint)
     check_device(device)
     folder = _folder(out, resume, overwrite)
@@ -171,11 +172,13 @@ class _Run:
         return self.recorder.finish(failure)
 
     def _announce(self, quiet: bool) -> None:
-        timing = self.model.timing
-        if not quiet and self.earlier is None:
-            for words in closing_tools(self.model.scene):
-                self.progress.say(f"warning: {words}")
-        self.progress.say(f"{timing.steps:,} steps of {1e6 * timing.time_step:.3g} µs")
+        if quiet:
+            return
+        for words in closing_tools(self.model.scene) if self.earlier is None else ():
+            self.progress.say(f"warning: {words}")
+        first = 0 if self.earlier is None else self.earlier.frame
+        written = self.folder is not None
+        self.progress.say(announcement(self.model, self.state, first, written=written))
 
     def _march(self) -> str:
         """Step through all frames; return why it stopped early, or an empty text."""

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from warpdrape.errors import InputError, positive
-from warpdrape.mesh_file import why_unreadable
+from warpdrape.errors import SIZES, InputError, numbers, positive
+from warpdrape.mesh_file import fault_of, why_unreadable
 
 DEGENERATE = 1e-7
 """Smallest height over longest side below which a triangle counts as having no area."""
@@ -120,12 +120,17 @@ def check_mesh(
     points = _numbers("vertices", vertices)
     if points.ndim != 2 or points.shape[1] != 2:
         raise InputError(f"vertices have shape {points.shape}; a flat mesh needs (vertices, 2)")
-    rows = np.array(triangles)
+    try:
+        rows = np.array(triangles)
+    except (TypeError, ValueError, OverflowError):
+        rows = np.empty(0)
     if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) == 0:
         raise InputError(f"triangles have shape {rows.shape}; need (triangles, 3), at least one")
     if not np.issubdtype(rows.dtype, np.integer):
         raise InputError(f"triangles hold {rows.dtype}; need vertex indices (whole numbers)")
     _refuse(~np.isfinite(points).all(axis=1), "vertices {} are not finite: repair or remove them")
+    far = (np.abs(points) > SIZES[1]).any(axis=1)
+    _refuse(far, f"vertices {{}} lie beyond {SIZES[1]:g} m: give metres")
     outside = ((rows < 0) | (rows >= len(points))).any(axis=1)
     _refuse(outside, f"triangles {{}} name vertices outside 0..{len(points) - 1}")
     rows = rows.astype(np.int32)
@@ -176,8 +181,8 @@ def _refuse(bad: NDArray[np.bool_], message: str) -> None:
 
 def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        return numbers(name, values)
+    except InputError:
         raise InputError(f"{name} must be an array of numbers, all rows equally long") from None
 
 
@@ -242,6 +247,8 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[Any]]:
         raise InputError(f"mesh file '{path}' cannot be read: {why}") from error
     if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
         raise InputError(f"mesh file '{path}' holds no triangles")
+    if fault := fault_of(mesh):
+        raise InputError(f"mesh file '{path}' {fault}")
     if len(mesh.vertices) >= 3 * len(mesh.faces):
         mesh.merge_vertices()
     return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.outlines import Outline, Points, Rectangle
 from warpdrape.blanks.trimming import fill, gaps, trim
-from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.errors import InputError, finite, length, one_of, said
 
 PATTERNS = ("aligned", "crossed", "diagonal", "grid", "random")
 MOST_TRIANGLES = 2e7
@@ -102,15 +102,18 @@ def _edge_length(outline: Outline, edge: float | None, cells: int | None) -> flo
     if (edge is None) == (cells is None):
         raise InputError("a mesh needs either edge [m] or cells (squares along the width)")
     if edge is not None:
-        length = positive("edge", edge, unit="m")
-        if length > min(width, height) * (1.0 + FIT):
+        size = length("edge", edge)
+        if size > min(width, height) * (1.0 + FIT):
             raise InputError(
-                f"edge = {length:.4g} m is longer than the outline ({width:.4g} × {height:.4g} m): "
+                f"edge = {size:.4g} m is longer than the outline ({width:.4g} × {height:.4g} m): "
                 "give a shorter edge"
             )
-        return length
-    if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
-        raise InputError(f"cells = {cells!r} must be a whole number of squares, 1 or more")
+        return size
+    whole = isinstance(cells, int | np.integer) and not isinstance(cells, bool | np.timedelta64)
+    if not whole or cells < 1:
+        raise InputError(f"cells = {said(cells)} must be a whole number of squares, 1 or more")
+    if cells > MOST_TRIANGLES:
+        raise InputError(f"cells = {said(cells)} are more than {MOST_TRIANGLES:.0e}: take fewer")
     if width / cells > 2.0 * height:
         raise InputError(
             f"cells = {cells} makes squares of {width / cells:.4g} m, longer than the outline's "
@@ -147,7 +150,7 @@ def _lattice(
 def _random_mesh(outline: Outline, edge: float, seed: int) -> FlatMesh:
     """Delaunay mesh of random points, relaxed to good shape; the same for the same seed."""
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"seed = {seed!r} must be a whole number, 0 or more")
+        raise InputError(f"seed = {said(seed)} must be a whole number, 0 or more")
     rng = np.random.default_rng(seed)
     x0, y0, x1, y1 = outline.bounds
     pitch = math.sqrt(math.sqrt(0.75)) * edge  # as many points as equilateral triangles have

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from warpdrape.errors import InputError, positive
+from warpdrape.errors import SIZES, InputError, length, numbers, said
 
 Points = NDArray[np.float64]
 """Positions [m], shape [point, 2]."""
@@ -44,8 +44,8 @@ class Rectangle:
     height: float
 
     def __post_init__(self) -> None:
-        positive("width", self.width, unit="m")
-        positive("height", self.height, unit="m")
+        length("width", self.width)
+        length("height", self.height)
 
     @property
     def area(self) -> float:
@@ -75,7 +75,7 @@ class Disc:
     radius: float
 
     def __post_init__(self) -> None:
-        positive("radius", self.radius, unit="m")
+        length("radius", self.radius)
 
     @property
     def area(self) -> float:
@@ -112,6 +112,8 @@ class Polygon:
 
     def __post_init__(self) -> None:
         outer = _corners("points", self.points)
+        if not isinstance(self.holes, Sequence | np.ndarray) or np.ndim(self.holes) == 0:
+            raise InputError(f"holes = {said(self.holes)} must be a list of outlines")
         holes = [_corners(f"holes[{i}]", hole) for i, hole in enumerate(self.holes)]
         names = ["points", *(f"holes[{i}]" for i in range(len(holes)))]
         loops = [outer, *holes]
@@ -199,11 +201,13 @@ def _as_tuple(loop: Points, *, ccw: bool) -> tuple[tuple[float, float], ...]:
 def _corners(name: str, values: ArrayLike) -> Points:
     """Return a loop's corners; raise `InputError` where it is none."""
     try:
-        loop = np.array(values, np.float64)
-    except (TypeError, ValueError):
+        loop = numbers(name, values)
+    except InputError:
         raise InputError(f"{name} must be pairs of numbers (x, y) [m]") from None
     if loop.ndim != 2 or loop.shape[1] != 2 or not np.isfinite(loop).all():
         raise InputError(f"{name} must be finite pairs (x, y) [m]; it has shape {loop.shape}")
+    if np.abs(loop).max(initial=0.0) > SIZES[1]:
+        raise InputError(f"{name} reaches {np.abs(loop).max():.4g} m: give metres, as in 300 * mm")
     if len(loop) > 1 and (loop[0] == loop[-1]).all():
         loop = loop[:-1]
     if len(loop) < 3:

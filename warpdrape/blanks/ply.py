@@ -12,7 +12,7 @@ import numpy as np
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.meshing import mesh_outline
 from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
-from warpdrape.errors import InputError, finite
+from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
 
@@ -38,12 +38,12 @@ class Ply:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
             raise InputError(
-                f"ply name = {self.name!r} must be a plain identifier, such as 'ply_0'"
+                f"ply name = {said(self.name)} must be a plain identifier, such as 'ply_0'"
             )
         if not isinstance(self.fabric, Fabric):
             object.__setattr__(self, "fabric", load_fabric(self.fabric))
         if not isinstance(self.mesh, FlatMesh):
-            raise InputError(f"ply {self.name!r}: mesh = {self.mesh!r} is not a FlatMesh")
+            raise InputError(f"ply {self.name!r}: mesh = {said(self.mesh)} is not a FlatMesh")
         finite(f"ply {self.name!r}: warp_angle", self.warp_angle, unit="rad")
         finite(f"ply {self.name!r}: z", self.z, unit="m")
         if abs(self.warp_angle) > 2 * math.pi:
@@ -171,6 +171,7 @@ def lay_up(plies: Sequence[Ply], *, z: float = 0.0) -> tuple[Ply, ...]:
     Returns:
         The plies with their heights set, in the same order.
     """
+    _refuse_others(plies)
     laid = []
     top = finite("z", z, unit="m")
     for ply in plies:
@@ -181,4 +182,12 @@ def lay_up(plies: Sequence[Ply], *, z: float = 0.0) -> tuple[Ply, ...]:
 
 def stack_top(plies: Sequence[Ply]) -> float:
     """Height of a stack's upper surface [m]."""
+    _refuse_others(plies)
     return max(ply.z + 0.5 * ply.fabric.thickness for ply in plies)
+
+
+def _refuse_others(plies: Sequence[Ply]) -> None:
+    """Raise `InputError` unless these are plies, one or more."""
+    several = isinstance(plies, Sequence) and not isinstance(plies, str)
+    if not several or not plies or not all(isinstance(ply, Ply) for ply in plies):
+        raise InputError(f"plies = {said(plies)} must be a list of one Ply or more")

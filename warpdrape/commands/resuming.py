@@ -63,7 +63,9 @@ def begun(folder: Path) -> Begun:
             )
         parts = record(folder / RUN)
         call, at_end, frames = parts.get("call"), False, parts.get("frames")
+    from_python = {"scene": "", "digest": "", "settings": [], "extensions": []}
     try:
+        call = call or from_python
         return Begun(
             scene=_text(call["scene"]),
             digest=_text(call["digest"]),

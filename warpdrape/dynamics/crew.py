@@ -16,7 +16,7 @@ from queue import SimpleQueue
 import warp as wp
 
 from warpdrape.dynamics.cores import physical_cores
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, said
 from warpdrape.kernels.dynamics.parts import LINE, await_parts
 
 SPINS = 1000
@@ -130,7 +130,7 @@ def choose_threads(threads: int | None, device: str, triangles: int) -> int:
             return 1
         return max(1, min(physical_cores(), MOST_THREADS, triangles // LEAST_TRIANGLES))
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise InputError(f"threads = {threads!r} must be a whole number, 1 or more")
+        raise InputError(f"threads = {said(threads)} must be a whole number, 1 or more")
     if threads > LIMIT:
         raise InputError(f"threads = {threads} must not exceed {LIMIT}: give the number of cores")
     if threads > 1 and device != "cpu":

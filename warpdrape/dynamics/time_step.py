@@ -42,6 +42,11 @@ def stable_step(highest: float, taken: float) -> float:
         highest: bound on ω² of the forces [1/s²].
         taken: what contacts take of the 4 in (Δt ω)² ≤ 4, from `step_share` [-].
     """
+    if not (math.isfinite(highest) and highest > 0.0):
+        raise InputError(
+            f"the plies' stiffness over mass, {highest:g} 1/s², gives no time step: look at the "
+            "values of the fabric, and at yarn_softening and stabiliser"
+        )
     return math.sqrt((4.0 - taken) / highest)
 
 

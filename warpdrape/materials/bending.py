@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, numbers, positive
 
 TWIST_SHARE = 0.1
 """Twisting modulus over √(B₁ B₂) where none is given [-]: fibres that slide hardly resist twisting.
@@ -43,9 +43,12 @@ class Bending:
         for name in ("warp", "weft"):
             positive(f"bending.{name}", getattr(self, name), unit="N·m", zero=True)
         if self.twist is None:
-            object.__setattr__(self, "twist", TWIST_SHARE * math.sqrt(self.warp * self.weft))
+            object.__setattr__(
+                self, "twist", TWIST_SHARE * math.sqrt(self.warp) * math.sqrt(self.weft)
+            )
         positive("bending.twist", self.twist, unit="N·m", zero=True)
-        if finite("bending.coupling", self.coupling) ** 2 > self.warp * self.weft:
+        coupling = abs(finite("bending.coupling", self.coupling))
+        if coupling > math.sqrt(self.warp) * math.sqrt(self.weft):
             raise InputError(
                 f"bending.coupling = {self.coupling:g} N·m is above √(warp · weft): some bending "
                 "would give energy away"
@@ -119,7 +122,7 @@ class BendingCurve:
     friction_curvature: float = 1.0
 
     def __post_init__(self) -> None:
-        curvatures = np.asarray(self.curvatures, dtype=float)
+        curvatures = numbers("bending.curvatures", self.curvatures)
         if curvatures.ndim != 1 or curvatures.size < 3 or not np.isfinite(curvatures).all():
             raise InputError("bending.curvatures needs three or more finite numbers")
         if curvatures[0] != 0.0 or (np.diff(curvatures) <= 0.0).any():
@@ -127,7 +130,7 @@ class BendingCurve:
         object.__setattr__(self, "curvatures", curvatures)
         for family in ("warp", "weft"):
             name = f"moments_{family}"
-            moments = np.asarray(getattr(self, name), dtype=float)
+            moments = numbers(f"bending.{name}", getattr(self, name))
             if moments.shape != curvatures.shape or not np.isfinite(moments).all():
                 raise InputError(f"bending.{name} needs a finite moment for each curvature")
             if moments[0] != 0.0 or (np.diff(moments) < 0.0).any() or moments[-1] <= 0.0:
@@ -136,8 +139,13 @@ class BendingCurve:
         if self.in_plane is None:
             last = (self.moments_warp[-1] / curvatures[-1], self.moments_weft[-1] / curvatures[-1])
             object.__setattr__(self, "in_plane", tuple(map(float, last)))
-        for value in (*self.in_plane, *self.friction):
-            positive("bending.in_plane or friction", value, zero=True)
+        for name in ("in_plane", "friction"):
+            both = numbers(f"bending.{name}", getattr(self, name))
+            if both.shape != (2,):
+                raise InputError(f"bending.{name} needs two numbers, of warp and weft")
+            for value in both:
+                positive(f"bending.{name}", value, zero=True)
+            object.__setattr__(self, name, tuple(map(float, both)))
         if self.twist is None:
             object.__setattr__(self, "twist", TWIST_SHARE * math.sqrt(math.prod(self.in_plane)))
         positive("bending.twist", self.twist, unit="N·m", zero=True)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from warpdrape.errors import InputError, positive
+from warpdrape.errors import InputError, numbers, positive
 
 POINTS = 60
 """Points of the table that a power law becomes."""
@@ -31,8 +31,8 @@ class Compaction:
     pressures: Sequence[float]
 
     def __post_init__(self) -> None:
-        thicknesses = np.asarray(self.thicknesses, dtype=float)
-        pressures = np.asarray(self.pressures, dtype=float)
+        thicknesses = numbers("compaction.thicknesses", self.thicknesses)
+        pressures = numbers("compaction.pressures", self.pressures)
         if thicknesses.ndim != 1 or thicknesses.size < 3 or not np.isfinite(thicknesses).all():
             raise InputError("compaction.thicknesses needs three or more finite numbers")
         if thicknesses[-1] <= 0.0 or (np.diff(thicknesses) >= 0.0).any():

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from warpdrape.errors import InputError, finite, nearest, positive
+from warpdrape.errors import InputError, finite, nearest, positive, said
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.laws import (
@@ -41,7 +41,7 @@ class Source:
 
     def __post_init__(self) -> None:
         if self.status not in STATUSES:
-            raise InputError(f"status = {self.status!r}{nearest(self.status, STATUSES)}")
+            raise InputError(f"status = {said(self.status)}{nearest(self.status, STATUSES)}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class Fabric:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"fabric name = {self.name!r} must be a text")
+            raise InputError(f"fabric name = {said(self.name)} must be a text")
         positive("areal_density", self.areal_density, unit="kg/m²")
         positive("thickness", self.thickness, unit="m")
         positive("cell_warp", self.cell_warp, unit="m")
@@ -98,9 +98,9 @@ class Fabric:
                 f"yarn_angle = {self.yarn_angle} rad must lie in 0.35 … 2.79 (20–160°)"
             )
         if not isinstance(self.tension, TensionLaw):
-            raise InputError(f"tension = {self.tension!r} is not a tension law")
+            raise InputError(f"tension = {said(self.tension)} is not a tension law")
         if not isinstance(self.shear, ShearLaw):
-            raise InputError(f"shear = {self.shear!r} is not a shear law")
+            raise InputError(f"shear = {said(self.shear)} is not a shear law")
         if isinstance(self.tension, IsotropicMembrane) and (
             not isinstance(self.shear, NoShear) or abs(self.yarn_angle - math.pi / 2) > 1e-12
         ):
@@ -108,9 +108,11 @@ class Fabric:
                 "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
             )
         if not isinstance(self.bending, Bending | BendingCurve | None):
-            raise InputError(f"bending = {self.bending!r} is no warpdrape.Bending or BendingCurve")
+            raise InputError(
+                f"bending = {said(self.bending)} is no warpdrape.Bending or BendingCurve"
+            )
         if not isinstance(self.compaction, Compaction | None):
-            raise InputError(f"compaction = {self.compaction!r} is no warpdrape.Compaction")
+            raise InputError(f"compaction = {said(self.compaction)} is no warpdrape.Compaction")
         if self.compaction is not None and not math.isclose(
             self.compaction.thickness, self.thickness, rel_tol=1e-6
         ):

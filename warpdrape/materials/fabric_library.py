@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, one_of
+from warpdrape.errors import InputError, one_of, said
 from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
 from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.fabric import Fabric, Source
@@ -114,10 +114,10 @@ def load_fabric(name_or_path: str | os.PathLike[str]) -> Fabric:
             line and key are given).
     """
     if not isinstance(name_or_path, str | os.PathLike):
-        raise InputError(f"fabric = {name_or_path!r} must be a name or the path of a file")
+        raise InputError(f"fabric = {said(name_or_path)} must be a name or the path of a file")
     given = os.fspath(name_or_path)
     names = fabric_names()
-    if given not in names and (given.endswith(".toml") or Path(given).is_file()):
+    if given not in names and (given.endswith(".toml") or os.path.isfile(given)):
         return _fabric(read_sections(Path(given), given))
     name = one_of("fabric", given, names)
     bundled = resources.files("warpdrape.fabrics").joinpath(f"{name}.toml")
@@ -144,7 +144,7 @@ def with_bending(fabric: Fabric | str | os.PathLike[str], choice: str | float) -
         stiffness = float(choice)
     except (TypeError, ValueError):
         raise InputError(
-            f"bending = {choice!r} must be 'fabric', 'none' or a stiffness [N·m], as 0.001"
+            f"bending = {said(choice)} must be 'fabric', 'none' or a stiffness [N·m], as 0.001"
         ) from None
     return replace(fabric, bending=Bending.isotropic(stiffness))
 

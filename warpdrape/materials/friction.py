@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, positive
+from warpdrape.errors import InputError, numbers, positive
 
 Table = Sequence[tuple[float, float]]
 """Pairs of what the coefficient depends on and the coefficient there."""
@@ -47,10 +47,10 @@ class Friction:
     source: str = ""
 
     def __post_init__(self) -> None:
-        positive("friction.coefficient", self.coefficient, zero=not self.varies)
-        positive("friction.viscosity", self.viscosity, unit="Pa·s", zero=True)
         for name in TABLES:
             object.__setattr__(self, name, _table(f"friction.{name}", getattr(self, name)))
+        positive("friction.coefficient", self.coefficient, zero=not self.varies)
+        positive("friction.viscosity", self.viscosity, unit="Pa·s", zero=True)
         if bool(self.by_hersey) != (self.viscosity > 0.0):
             raise InputError(
                 "friction.by_hersey and friction.viscosity go together: the Hersey number is "
@@ -117,10 +117,7 @@ def friction_of(name: str, value: Any) -> Friction:
 
 def _table(name: str, pairs: Any) -> tuple[tuple[float, float], ...]:
     """Pairs of finite numbers, rising in the first and not below zero; or `InputError`."""
-    try:
-        table = np.array(list(pairs), dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {pairs!r} must be pairs of numbers") from None
+    table = numbers(name, pairs)
     if table.size == 0:
         return ()
     if table.ndim != 2 or table.shape[1] != 2 or not np.isfinite(table).all():

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, numbers, positive
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class TabulatedTension:
 
     def __post_init__(self) -> None:
         for name in ("strain_warp", "strain_weft"):
-            axis = np.asarray(getattr(self, name), dtype=float)
+            axis = numbers(name, getattr(self, name))
             if axis.ndim != 1 or axis.size < 4 or not np.isfinite(axis).all():
                 raise InputError(f"{name} needs at least four finite strains")
             steps = np.diff(axis)
@@ -71,7 +71,7 @@ class TabulatedTension:
             object.__setattr__(self, name, axis)
         shape = (len(self.strain_warp), len(self.strain_weft))
         for name in ("tension_warp", "tension_weft"):
-            table = np.asarray(getattr(self, name), dtype=float)
+            table = numbers(name, getattr(self, name))
             if table.shape != shape or not np.isfinite(table).all():
                 raise InputError(f"{name} must hold finite tensions [N], shape {shape}")
             object.__setattr__(self, name, table)
@@ -135,7 +135,8 @@ class ShearPolynomial:
     coefficients: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        values = tuple(finite("shear coefficient", c, unit="N·m") for c in self.coefficients)
+        given = numbers("shear coefficients", self.coefficients)
+        values = tuple(finite("shear coefficient", float(c), unit="N·m") for c in given.ravel())
         if not 1 <= len(values) <= 4:
             raise InputError(f"a shear polynomial has one to four odd terms, not {len(values)}")
         positive("first shear coefficient", values[0], unit="N·m")
@@ -167,8 +168,8 @@ class ShearTable:
     couples: Sequence[float]
 
     def __post_init__(self) -> None:
-        angles = np.asarray(self.angles, dtype=float)
-        couples = np.asarray(self.couples, dtype=float)
+        angles = numbers("shear table angles", self.angles)
+        couples = numbers("shear table couples", self.couples)
         if angles.ndim != 1 or angles.size < 3 or couples.shape != angles.shape:
             raise InputError(
                 f"a shear table needs three or more angles and as many couples, not {angles.size} "

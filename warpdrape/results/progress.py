@@ -82,7 +82,7 @@ class Progress:
         """Write the last line: time reached and time taken."""
         if self._quiet:
             return
-        taken = _duration(self._clock() - self._start)
+        taken = in_words(self._clock() - self._start)
         self._show(f"{self._percent()} {self._simulated()} in {taken}{self._suffix()}")
         if self._bar:
             self._stream.write("\n")
@@ -103,7 +103,7 @@ class Progress:
             parts.append(f"{(self._steps - steps) / seconds:,.0f} steps/s")
         if gained > 0.0:
             left = max(self._total_s - self._simulated_s, 0.0) * seconds / gained
-            parts.append(f"{_duration(left)} left")
+            parts.append(f"{in_words(left)} left")
         return ", ".join(parts) + self._suffix()
 
     def _show(self, line: str) -> None:
@@ -130,7 +130,7 @@ class Progress:
         return f", {self._text}" if self._text else ""
 
 
-def _duration(seconds: float) -> str:
+def in_words(seconds: float) -> str:
     """Return ``seconds`` as a person says it: 8 s, 3 min 05 s, 2 h 10 min."""
     whole = round(seconds)
     if whole < 60:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, RunFailed
+from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.results.folder_lock import FolderLock
 
 SCENE = "scene.usdc"
@@ -269,4 +269,4 @@ def as_json(value: Any, where: str) -> Any:
         raise ValueError(f"{where} = {value} must be finite: leave it out or say None")
     if value is None or isinstance(value, str | bool | int | float):
         return value
-    raise TypeError(f"{where} = {value!r} is a {type(value).__name__}: JSON has no such type")
+    raise TypeError(f"{where} = {said(value)} is a {type(value).__name__}: JSON has no such type")

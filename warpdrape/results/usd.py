@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Tf, Usd
 
-from warpdrape.errors import InputError, RunFailed
+from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
 from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
@@ -137,7 +137,7 @@ class UsdWriter:
             moves = moves.reshape(-1, 3)
         moves = _checked("tools", "translation", moves, (len(self._tools), 3))
         if not np.isfinite(time_s):
-            raise ValueError(f"time_s = {time_s!r} of frame {frame_index} must be finite")
+            raise ValueError(f"time_s = {said(time_s)} of frame {frame_index} must be finite")
         size = sum(v.nbytes for values in frames for v in values.values())
         self._check_space(self._unsaved_bytes + size)
         self._author(int(frame_index), float(time_s), frames, moves)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
 
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, said
 
 COLOR_RANGE_DEG = 60.0
 """Shear angle at the bright end of ``displayColor`` [deg]; the dark end is 0."""
@@ -81,7 +81,7 @@ class MeshPrim:
     def check(kind: str, name: str, points: ArrayLike, triangles: ArrayLike) -> MeshPrim:
         """Return the mesh; raise `InputError` naming it when it is unusable."""
         if not isinstance(name, str) or not name:
-            raise InputError(f"{kind} name = {name!r} must be a word, such as {kind}_0")
+            raise InputError(f"{kind} name = {said(name)} must be a word, such as {kind}_0")
         label = f"{kind} {name!r}"
         points, triangles = np.asarray(points, np.float64), np.asarray(triangles)
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():

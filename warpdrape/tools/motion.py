@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, numbers, positive, said
 from warpdrape.tools.over_time import table_over_time, through
 
 SAMPLES = 2001
@@ -18,11 +18,11 @@ SAMPLES = 2001
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
     """Return three finite floats; raise `InputError` otherwise."""
     try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        array = numbers(name, value)
+    except InputError:
         array = np.empty(0)
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise InputError(f"{name} = {value!r} must be three finite numbers")
+        raise InputError(f"{name} = {said(value)} must be three finite numbers")
     return array
 
 
@@ -138,7 +138,7 @@ class Stages:
     def __post_init__(self) -> None:
         strokes = tuple(self.strokes) if isinstance(self.strokes, list | tuple) else ()
         if not strokes or not all(isinstance(stroke, Stroke) for stroke in strokes):
-            raise InputError(f"strokes = {self.strokes!r} must be a list of Stroke")
+            raise InputError(f"strokes = {said(self.strokes)} must be a list of Stroke")
         object.__setattr__(self, "strokes", strokes)
 
     def displacement(self, time: np.ndarray) -> np.ndarray:
@@ -185,8 +185,8 @@ class Path:
     positions: Sequence[Sequence[float]]
 
     def __post_init__(self) -> None:
-        times = np.asarray(self.times, dtype=float)
-        positions = np.asarray(self.positions, dtype=float)
+        times = numbers("path times", self.times)
+        positions = numbers("path positions", self.positions)
         if times.ndim != 1 or times.size < 2 or positions.shape != (times.size, 3):
             raise InputError("a path needs n ≥ 2 times and n displacements of three numbers")
         if not (np.isfinite(times).all() and np.isfinite(positions).all()):

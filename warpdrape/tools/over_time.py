@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, numbers
 
 
 def table_over_time(name: str, pairs: Any, unit: str) -> tuple[tuple[float, float], ...]:
@@ -18,10 +18,7 @@ def table_over_time(name: str, pairs: Any, unit: str) -> tuple[tuple[float, floa
         pairs: two or more.
         unit: of the values.
     """
-    try:
-        table = np.array(pairs, dtype=float)
-    except (TypeError, ValueError):
-        table = np.empty(0)
+    table = numbers(name, pairs)
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2 or not np.isfinite(table).all():
         raise InputError(
             f"{name} must be one number [{unit}], or two or more pairs of finite numbers "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.errors import InputError, finite, one_of, positive, said
 from warpdrape.tools.motion import smooth_ramp
 from warpdrape.tools.over_time import table_over_time, through
 
@@ -38,7 +38,7 @@ class Pressure:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"pressure name = {self.name!r} must be a plain identifier")
+            raise InputError(f"pressure name = {said(self.name)} must be a plain identifier")
         one_of(f"side of pressure {self.name!r}", self.side, ("upper", "lower"))
         positive(f"ramp of pressure {self.name!r}", self.ramp, unit="s", zero=True)
         if isinstance(self.pressure, Sequence) and not isinstance(self.pressure, str):

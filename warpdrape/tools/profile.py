@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, said
+from warpdrape.errors import length as size
 
 FACET_ANGLE = math.radians(6.0)
 """Largest turn of an arc per facet [rad]."""
@@ -31,7 +32,7 @@ class Line:
 
     def sample(self, facet: float) -> np.ndarray:
         """Points [m], shape [n, 2]."""
-        n = max(1, math.ceil(math.dist(self.start, self.end) / (4.0 * facet)))  # straight
+        n = max(1, _parts(math.dist(self.start, self.end), 4.0 * facet))  # straight
         return np.linspace(self.start, self.end, n + 1)
 
     def normals(self, points: np.ndarray) -> np.ndarray:
@@ -53,7 +54,7 @@ class Arc:
     def sample(self, facet: float) -> np.ndarray:
         """Points [m], shape [n, 2]."""
         turn = abs(self.end - self.start)
-        n = max(2, math.ceil(turn / FACET_ANGLE), math.ceil(turn * self.radius / facet))
+        n = max(2, math.ceil(turn / FACET_ANGLE), _parts(turn * self.radius, facet))
         angle = np.linspace(self.start, self.end, n + 1)
         return np.asarray(self.center) + self.radius * np.stack([np.cos(angle), np.sin(angle)], 1)
 
@@ -122,11 +123,11 @@ def _sector(sector: tuple[float, float] | None) -> tuple[float, float]:
     try:
         first, last = (finite("sector", angle, unit="rad") for angle in sector)
     except (TypeError, ValueError) as error:
-        raise InputError(f"sector = {sector!r} must be two angles [rad]") from error
+        raise InputError(f"sector = {said(sector)} must be two angles [rad]") from error
     if not 0.0 < last - first < 2 * math.pi:
         raise InputError(
-            f"sector = {sector!r} must rise by less than a whole turn, in radians: leave it out "
-            "for all round"
+            f"sector = {said(sector)} must rise by less than a whole turn, in radians: leave it "
+            "out for all round"
         )
     return first, last - first
 
@@ -137,9 +138,9 @@ def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:
     Raises:
         InputError: if the profile does not hang together or the length is not positive.
     """
-    positive("length", length, unit="m")
+    size("length", length)
     ends, normals = _sample(pieces, facet)
-    count = max(1, math.ceil(length / facet)) + 1
+    count = max(1, _parts(length, facet)) + 1
     _refuse_too_many(len(ends) * count, facet)
     along = np.linspace(-0.5 * length, 0.5 * length, count)
 
@@ -148,6 +149,12 @@ def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:
         return np.stack([x + 0 * y, 0 * x + y, z + 0 * y], -1)
 
     return _surface(pull(ends, along), pull(normals, 0 * along))
+
+
+def _parts(way: float, facet: float) -> int:
+    """Facets along a way [m]."""
+    _refuse_too_many(way / facet, facet)
+    return math.ceil(way / facet)
 
 
 def _refuse_too_many(quads: float, facet: float) -> None:
@@ -161,7 +168,7 @@ def _refuse_too_many(quads: float, facet: float) -> None:
 
 def _sample(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the profile's facets and the normals there, both shape [facet, 2, 2]."""
-    positive("facet", facet, unit="m")
+    size("facet", facet)
     ends, normals = [], []
     for piece in pieces:
         points = piece.sample(facet)

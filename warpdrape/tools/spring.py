@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.errors import InputError, finite, one_of, positive, said
+from warpdrape.tools.chosen import Chosen, chosen_vertices
 from warpdrape.tools.motion import vector
 
 
@@ -33,7 +34,7 @@ class Spring:
 
     name: str
     ply: str
-    where: Callable[[np.ndarray], np.ndarray] | Sequence[int]
+    where: Chosen
     to: Sequence[float]
     stiffness: float
     preload: float = 0.0
@@ -43,7 +44,7 @@ class Spring:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"spring name = {self.name!r} must be a plain identifier")
+            raise InputError(f"spring name = {said(self.name)} must be a plain identifier")
         if np.linalg.norm(vector(f"spring {self.name!r}: to", self.to)) == 0.0:
             raise InputError(f"spring {self.name!r}: to must not be the zero vector")
         what = f"of spring {self.name!r}"
@@ -65,21 +66,4 @@ class Spring:
         Raises:
             InputError: if there are none, or what ``where`` gives is no choice of them.
         """
-        chosen = np.asarray(self.where(points) if callable(self.where) else self.where)
-        if chosen.dtype == bool and chosen.shape != (len(points),):
-            raise InputError(
-                f"spring {self.name!r}: its mask has shape {chosen.shape}, not ({len(points)},), "
-                f"one for each vertex of ply {self.ply!r}"
-            )
-        if chosen.dtype != bool and not np.issubdtype(chosen.dtype, np.integer):
-            raise InputError(f"spring {self.name!r}: where must give vertex numbers or a mask")
-        index = np.flatnonzero(chosen) if chosen.dtype == bool else np.unique(chosen)
-        if index.size == 0:
-            raise InputError(f"spring {self.name!r} pulls at no vertex of ply {self.ply!r}")
-        if index.min() < 0 or index.max() >= len(points):
-            odd = index[(index < 0) | (index >= len(points))][0]
-            raise InputError(
-                f"spring {self.name!r}: ply {self.ply!r} has no vertex {odd}, only "
-                f"0..{len(points) - 1}"
-            )
-        return index
+        return chosen_vertices(f"spring {self.name!r}", self.where, self.ply, points)

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import trimesh
 
-from warpdrape.errors import InputError, finite, positive
+from warpdrape.errors import InputError, finite, positive, said
+from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.tools.motion import Motion, Still, vector
 from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
@@ -37,10 +38,10 @@ class Tool:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
             raise InputError(
-                f"tool name = {self.name!r} must be a plain identifier, such as 'punch'"
+                f"tool name = {said(self.name)} must be a plain identifier, such as 'punch'"
             )
         if not isinstance(self.motion, Motion):
-            raise InputError(f"tool {self.name!r}: motion = {self.motion!r} is not a motion")
+            raise InputError(f"tool {self.name!r}: motion = {said(self.motion)} is not a motion")
         if self.friction is not None:
             friction_of(f"tool {self.name!r}: friction", self.friction)
         mesh = self.surface.mesh
@@ -78,7 +79,7 @@ class Tool:
             axis: direction of the axis, shape [3].
             angle: angle [rad].
         """
-        matrix = trimesh.transformations.rotation_matrix(angle, vector("axis", axis))
+        matrix = _rotation(axis, angle)
         mesh = self.surface.mesh.copy()
         mesh.apply_transform(matrix)
         normals = self.surface.normals @ matrix[:3, :3].T
@@ -136,8 +137,8 @@ class Tool:
             facet: facet size [m].
             options: motion, friction.
         """
-        positive("punch radius", radius, unit="m")
-        top = 1.5 * radius if height is None else positive("punch height", height, unit="m")
+        size("punch radius", radius)
+        top = 1.5 * radius if height is None else size("punch height", height)
         if top <= radius:
             raise InputError(f"punch height = {top} m must exceed its radius {radius} m")
         pieces = [
@@ -233,10 +234,11 @@ class Tool:
             facet: facet size [m].
             options: motion, friction.
         """
-        positive("table radius", radius, unit="m")
-        positive("edge_radius", edge_radius, unit="m")
+        size("table radius", radius)
+        size("edge_radius", edge_radius)
         if edge_radius >= radius:
             raise InputError(f"edge_radius = {edge_radius} m must be below the table's {radius} m")
+        size("depth", depth)
         flat, bottom = radius - edge_radius, -max(depth, 1.1 * edge_radius)
         pieces = [
             Line((0.0, 0.0), (flat, 0.0)),
@@ -248,7 +250,7 @@ class Tool:
     @classmethod
     def sphere(cls, name: str = "sphere", *, radius: float, facet: float = 5e-3, **options) -> Tool:
         """Upper three quarters of a sphere, its pole at the origin, pointing up."""
-        positive("sphere radius", radius, unit="m")
+        size("sphere radius", radius)
         pieces = [Arc((0.0, -radius), radius, math.pi / 2, -math.pi / 4)]
         return cls(name=name, surface=revolve(pieces, facet), **options)
 
@@ -273,9 +275,9 @@ class Tool:
             facet: facet size [m].
             options: motion, friction.
         """
-        positive("plate width", width, unit="m")
-        if facing not in ("up", "down"):
-            raise InputError(f"plate facing = {facing!r} must be 'up' or 'down'")
+        size("plate width", width)
+        if not isinstance(facing, str) or facing not in ("up", "down"):
+            raise InputError(f"plate facing = {said(facing)} must be 'up' or 'down'")
         side = 0.5 * width if facing == "up" else -0.5 * width
         surface = extrude([Line((-side, 0.0), (side, 0.0))], height, facet)
         return cls(name=name, surface=surface, **options)
@@ -293,15 +295,23 @@ class Tool:
             facet: facet size [m].
             options: motion, friction.
         """
-        positive("drum radius", radius, unit="m")
+        size("drum radius", radius)
         surface = extrude([Arc((0.0, 0.0), radius, math.pi, -math.pi)], length, facet)
         return cls(name=name, surface=surface, **options)
 
 
+def _rotation(axis: Sequence[float], angle: float) -> np.ndarray:
+    direction, angle = vector("axis", axis), finite("angle", angle, unit="rad")
+    largest = np.abs(direction).max()
+    if largest == 0.0:
+        raise InputError("axis must not be the zero vector")
+    return trimesh.transformations.rotation_matrix(angle, direction / largest)
+
+
 def _ring(kind: str, hole: float, edge: float, outer: float) -> tuple[float, float, float]:
-    positive(f"{kind} hole_radius", hole, unit="m")
-    positive(f"{kind} edge_radius", edge, unit="m")
-    if finite(f"{kind} outer_radius", outer) <= hole + edge:
+    size(f"{kind} hole_radius", hole)
+    size(f"{kind} edge_radius", edge)
+    if size(f"{kind} outer_radius", outer) <= hole + edge:
         raise InputError(
             f"{kind} outer_radius = {outer} m must exceed hole and edge radius, {hole + edge} m"
         )

@@ -9,8 +9,8 @@ import warnings
 import numpy as np
 import trimesh
 
-from warpdrape.errors import InputError, positive
-from warpdrape.mesh_file import why_unreadable
+from warpdrape.errors import InputError, positive, said
+from warpdrape.mesh_file import fault_of, why_unreadable
 from warpdrape.tools.orientation import oriented, without_doubles
 from warpdrape.tools.profile import Surface
 
@@ -35,6 +35,8 @@ def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: 
     mesh = source if isinstance(source, trimesh.Trimesh) else _read_mesh(name, source)
     if len(mesh.faces) == 0:
         raise InputError(f"tool {name!r}: its mesh has no facets: give it a surface")
+    if fault := fault_of(mesh):
+        raise InputError(f"tool {name!r}: its mesh {fault}")
     if not np.isfinite(mesh.vertices).all():
         raise InputError(f"tool {name!r}: its mesh holds NaN or infinite vertices: repair it")
     mesh = trimesh.Trimesh(mesh.vertices * scale, mesh.faces, process=False)
@@ -60,10 +62,15 @@ def _of_one_sense(name: str, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
+    if not isinstance(source, str | os.PathLike):
+        raise InputError(f"tool {name!r}: source = {said(source)} must be a mesh file or a trimesh")
     if not os.path.isfile(source):
         raise InputError(f"tool {name!r}: no mesh file {os.fspath(source)!r}")
     try:
-        return trimesh.load(source, force="mesh", process=False)
+        mesh = trimesh.load(source, force="mesh", process=False)
+        if len(mesh.faces) == 0:
+            raise ValueError("its mesh has no facets")
+        return mesh
     except Exception as error:  # trimesh raises whatever its readers raise
         why = why_unreadable(source, error)
         raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {why}") from None
