@@ -37,7 +37,7 @@ from warpdrape.results.progress import Progress
 from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
-from warpdrape.results.summary import summarise
+from warpdrape.results.summary import add_warning, summarise
 from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
 from warpdrape.setup import Setup
 from warpdrape.state import State
@@ -276,19 +276,21 @@ class Recorder:
         try:
             entries = as_json(self._model.scene.report(result), "report")
         except Exception as error:
-            fault = f"{type(error).__name__}: {error}"
-            summary["warnings"].append(f"the scene's report failed: {fault}")
+            add_warning(summary, "the scene's report failed", error)
             return
         summary.update(entries)
         summary["reported"] = list(entries)
 
-    def _close(self, result: Result | None, summary: Mapping[str, Any]) -> None:
+    def _close(self, result: Result | None, summary: dict[str, Any]) -> None:
         """Give the files their final names, the summary last."""
         if self._folder is None:
             return
         self._usd.close()
         self._history.close()
-        self._folder.write_json(SUMMARY, summary)
         write = self._model.scene.write
         if write is not None and result is not None and summary["status"] == "completed":
-            write(result, self._folder)
+            try:
+                write(result, self._folder)
+            except Exception as error:
+                add_warning(summary, "the scene's own files could not be written", error)
+        self._folder.write_json(SUMMARY, summary)

@@ -121,9 +121,10 @@ def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
 
 def _quality(summary: Mapping[str, Any]) -> str:
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
+    ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [
         f"energy error {100 * summary['energy_error']:.3g} %",
-        f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}",
+        ratio if summary["loaded"] else "nothing was loaded",
         f"deepest penetration {1e3 * summary['max_penetration_m']:.3f} mm",
     ]
     if summary["added_mass_kg"] > 0.0:
