@@ -1,6 +1,7 @@
 """What the documents promise is there: links, files, commands, scripts, dependencies."""
 
 import re
+import runpy
 import shlex
 import tomllib
 from pathlib import Path
@@ -48,6 +49,15 @@ def test_links_lead_somewhere(page):
         if section:
             headings = re.findall(r"^#+ (.*)$", target.read_text("utf-8"), re.MULTILINE)
             assert section in map(anchor, headings), f"{page.name}: {link}"
+
+
+def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow():
+    namespace = runpy.run_path(str(ROOT / "setup.py"), run_name="read")
+    page = namespace["package_page"]((ROOT / "README.md").read_text("utf-8"))
+    assert all(link.startswith("https://") for link in LINK.findall(page))
+    assert "usage (`docs/usage.md` in the source)" in page
+    for file in re.findall(r"`([^`]+)` in the source", page):
+        assert (ROOT / file).is_file()
 
 
 @pages()
