@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
     from warpdrape.numerics import Numerics
+    from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
@@ -41,6 +42,7 @@ __all__ = [
     "Stroke",
     "Tool",
     "lay_up",
+    "read_run",
     "stack_top",
     "units",
 ]
@@ -63,6 +65,7 @@ _HOME = {
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
     "lay_up": "blanks.ply",
+    "read_run": "results.read_run",
     "stack_top": "blanks.ply",
 }
 """Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""

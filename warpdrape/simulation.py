@@ -33,7 +33,13 @@ from warpdrape.errors import InputError, RunFailed
 from warpdrape.interaction import Measured
 from warpdrape.results.history import history_row
 from warpdrape.results.progress import Progress
-from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
+from warpdrape.results.result import (
+    FormedPly,
+    Result,
+    place_tools,
+    read_plies,
+    shown_at_vertices,
+)
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
 from warpdrape.results.summary import add_warning, summarise
@@ -166,6 +172,7 @@ class Recorder:
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
         self._loose: tuple[str, ...] = ()
+        self._shift = np.zeros((len(model.scene.tools), 3))
         self._started = time.perf_counter()
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -222,6 +229,7 @@ class Recorder:
         self._rows.append(row)
         self._steps_before = self.steps
         self._plies, self._measured = plies, measured
+        self._shift = state.tools.shift.numpy().copy()
         self._loose = loose_plies(model, state, measured)
         return row
 
@@ -253,7 +261,7 @@ class Recorder:
         )
         if self._profiled:
             summary["phases_s"] = self.profile.seconds()
-        result = Result(self._plies, summary, history)
+        result = Result(self._plies, summary, history, place_tools(model.scene, self._shift))
         summary["reported"] = []
         if model.scene.report is not None and not failure:
             self._add_report(result, summary)

@@ -31,11 +31,12 @@ def kernels_are_compiled() -> bool:
 
 
 def check_device(device: str) -> str:
-    """Return a device that exists.
+    """Start Warp, if nobody has, and return a device that exists.
 
     Raises:
         InputError: if it does not, naming those that do.
     """
+    start_warp()
     known = [d.alias for d in wp.get_devices()]
     if device not in known:
         raise InputError(f"no device {device!r} here; there is: {', '.join(known)}")

@@ -24,6 +24,8 @@ WIDTH = 1600
 """Width of every picture [pixels]."""
 ABREAST = 4
 """Most plies in a row of a picture of a stack."""
+DEFAULT_VIEW = (32.0, -62.0)
+"""Elevation and azimuth of the eye [deg]."""
 _DPI = 160
 _SAMPLES = 2  # along each side of a pixel
 _LIGHT = np.array([-0.42, 0.62, 0.66])  # right, up, towards the viewer
@@ -72,7 +74,7 @@ def draw_ply(
     *,
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
-    view: tuple[float, float] = (32.0, -62.0),
+    view: tuple[float, float] = DEFAULT_VIEW,
     field: str = "shear",
     top: float | None = None,
     yarns: bool = True,
@@ -108,7 +110,7 @@ def draw_stack(
     *,
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
-    view: tuple[float, float] = (32.0, -62.0),
+    view: tuple[float, float] = DEFAULT_VIEW,
     field: str = "shear",
     top: float | None = None,
     yarns: bool = True,
@@ -131,6 +133,12 @@ def _named(scene_path: Path, name: str, field: str) -> Path:
     return scene_path.with_name(f"{name}.png" if field == "shear" else f"{name}_{field}.png")
 
 
+def draw_views(scene: SceneView, quantity: Quantity) -> Figure:
+    """Draw all plies and tools of a view of a scene, as `draw_stack` does; return the figure."""
+    paint = _paint(quantity, scene.plies, None, smooth=True, yarns=True)
+    return _figure(scene, scene.plies, DEFAULT_VIEW, paint, scene.tools)
+
+
 def _draw(
     scene: SceneView,
     plies: list[PlyView],
@@ -139,12 +147,7 @@ def _draw(
     paint: _Paint,
     tools: bool,
 ) -> Path:
-    surfaces = scene.tools if tools else []
-    shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
-    width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
-    camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
-    images = [_render(ply, surfaces, camera, paint) for ply in plies]
-    figure = _compose(images, plies, _note(scene, paint, camera), paint)
+    figure = _figure(scene, plies, view, paint, scene.tools if tools else [])
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out, dpi=_DPI, facecolor="white")
@@ -153,6 +156,20 @@ def _draw(
             f"out = {out} cannot be written ({error}): give another place, ending in .png"
         ) from error
     return out
+
+
+def _figure(
+    scene: SceneView,
+    plies: list[PlyView],
+    view: tuple[float, float],
+    paint: _Paint,
+    surfaces: list[Surface],
+) -> Figure:
+    shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
+    width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
+    camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
+    images = [_render(ply, surfaces, camera, paint) for ply in plies]
+    return _compose(images, plies, _note(scene, paint, camera), paint)
 
 
 def _paint(
@@ -288,8 +305,9 @@ def _compose(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
+
+    from warpdrape.results.figures import Figure
 
     head, foot, pad = 118, 58, 20  # pixels
     tall, wide = images[0].shape[:2]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.errors import InputError, finite, positive
+from warpdrape.wording import brief
 
 
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
@@ -47,6 +48,8 @@ def smooth_ramp(u: np.ndarray, ramp: float, brake: float) -> np.ndarray:
 class Still:
     """No motion."""
 
+    __repr__ = brief
+
     def displacement(self, time: np.ndarray) -> np.ndarray:
         """Zero [m] at any time, shape [..., 3]."""
         return np.zeros((*np.shape(time), 3))
@@ -74,6 +77,8 @@ class Stroke:
     start: float = 0.0
     ramp: float = 0.3
     brake: float | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", vector("travel", self.travel))
@@ -116,6 +121,8 @@ class Path:
 
     times: Sequence[float]
     positions: Sequence[Sequence[float]]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times, dtype=float)
@@ -163,6 +170,8 @@ class Float:
     mass: float = 0.5
     ramp: float = 2e-3
     damping: float | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         positive("tool force", self.force, unit="N", zero=True)

@@ -14,6 +14,7 @@ import numpy as np
 import trimesh
 
 from warpdrape.errors import InputError, positive
+from warpdrape.wording import surface
 
 FACET_ANGLE = math.radians(6.0)
 """Largest turn of an arc per facet [rad]."""
@@ -81,6 +82,9 @@ class Surface:
     mesh: trimesh.Trimesh
     normals: np.ndarray
     exact: bool
+
+    def __repr__(self) -> str:
+        return f"Surface: {surface(self.mesh.vertices, self.mesh.faces, 'facets')}"
 
 
 def revolve(pieces: list[Piece], facet: float) -> Surface:
