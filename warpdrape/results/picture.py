@@ -26,6 +26,8 @@ ABREAST = 4
 """Most plies in a row of a picture of a stack."""
 DEFAULT_VIEW = (32.0, -62.0)
 """Elevation and azimuth of the eye [deg]."""
+NOTEBOOK = 0.5
+"""Pixels of a picture in a notebook over those of one in a file, along each side [-]."""
 _DPI = 160
 _SAMPLES = 2  # along each side of a pixel
 _LIGHT = np.array([-0.42, 0.62, 0.66])  # right, up, towards the viewer
@@ -134,9 +136,9 @@ def _named(scene_path: Path, name: str, field: str) -> Path:
 
 
 def draw_views(scene: SceneView, quantity: Quantity) -> Figure:
-    """Draw all plies and tools of a view of a scene, as `draw_stack` does; return the figure."""
+    """Draw plies and tools as `draw_stack` does, for a notebook's width; return the figure."""
     paint = _paint(quantity, scene.plies, None, smooth=True, yarns=True)
-    return _figure(scene, scene.plies, DEFAULT_VIEW, paint, scene.tools)
+    return _figure(scene, scene.plies, DEFAULT_VIEW, paint, scene.tools, NOTEBOOK)
 
 
 def _draw(
@@ -164,12 +166,14 @@ def _figure(
     view: tuple[float, float],
     paint: _Paint,
     surfaces: list[Surface],
+    share: float = 1.0,
 ) -> Figure:
+    """Return the figure; its images have ``share`` of the pixels along each side."""
     shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
-    width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
+    width = int(share * 0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
     camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
     images = [_render(ply, surfaces, camera, paint) for ply in plies]
-    return _compose(images, plies, _note(scene, paint, camera), paint)
+    return _compose(images, plies, _note(scene, paint, camera), paint, share)
 
 
 def _paint(
@@ -299,7 +303,11 @@ def _lay_over(
 
 
 def _compose(
-    images: list[NDArray[np.float32]], plies: list[PlyView], note: str, paint: _Paint
+    images: list[NDArray[np.float32]],
+    plies: list[PlyView],
+    note: str,
+    paint: _Paint,
+    share: float,
 ) -> Figure:
     """Set the images in rows, with their captions and one colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -310,7 +318,7 @@ def _compose(
     from warpdrape.results.figures import Figure
 
     head, foot, pad = 118, 58, 20  # pixels
-    tall, wide = images[0].shape[:2]
+    tall, wide = (round(pixels / share) for pixels in images[0].shape[:2])
     columns, rows = _grid(len(plies))
     height = rows * (head + tall) + foot
     figure = Figure(figsize=(WIDTH / _DPI, height / _DPI), dpi=_DPI)
