@@ -25,12 +25,12 @@ class Format:
 
 
 FORMATS = {
-    "vtk": Format("vtk", "scene.pvd", "ParaView: .pvd with a .vtp a ply and frame", animated=True),
-    "vtkhdf": Format("vtkhdf", "scene.vtkhdf", "ParaView: one compact file of the plies", animated=True),
+    "vtk": Format("vtk", "scene.pvd", "ParaView, a .vtp for each ply and frame", animated=True),
+    "vtkhdf": Format("vtkhdf", "scene.vtkhdf", "ParaView, one small file", animated=True),
     "csv": Format("table", "triangles.csv", "a row a triangle: centre, yarns, shear, strains …"),
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
-    "inp": Format("inp", "formed.inp", "CalculiX, Abaqus: shells with yarn directions", single=True),
+    "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
     "dxf": Format("pattern", "pattern.dxf", "the flat blanks with their yarn axes", single=True),
     "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True),
 }

@@ -22,7 +22,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom
 from warpdrape.errors import InputError
 from warpdrape.results.fields import FIELDS
 from warpdrape.results.result import FormedPly, PlacedTool, Result
-from warpdrape.results.run_folder import HISTORY, SCENE, SUMMARY, partial_path
+from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY, partial_path
 from warpdrape.results.usd import PlyFrame
 
 _AGAIN = "run the scene again"
@@ -72,6 +72,26 @@ class RunReader:
                 f"run folder {self.folder}: {SCENE} has {len(self._times)} frames and {HISTORY} "
                 f"{self.frames}: the files are of different runs, or damaged; {_AGAIN}"
             )
+
+    def ply_thicknesses(self) -> list[float]:
+        """Thickness of every ply's fabric [m], from the record of the run.
+
+        Raises:
+            InputError: if ``run.json`` is missing or damaged.
+        """
+        if not (self.folder / RUN).is_file():
+            raise InputError(f"run folder {self.folder} holds no {RUN}: {_AGAIN}")
+        record = _load(self.folder / RUN)
+        try:
+            names = [ply["fabric"] for ply in record["plies"]]
+            found = [float(record["fabrics"][name]["thickness"]) for name in names]
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{self.folder / RUN} has no thickness of the plies: it is damaged; {_AGAIN}"
+            ) from error
+        if len(found) != len(self.summary["plies"]):
+            raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {_AGAIN}")
+        return found
 
     def result(self, frame: int = -1) -> Result:
         """Return the run at a frame; negative ones count from the end."""
