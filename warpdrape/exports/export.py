@@ -55,7 +55,8 @@ def export(
         path.parent.mkdir(parents=True, exist_ok=True)
         writer.write(reader, partial, frames)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        if partial.is_file():
+            partial.unlink()
         raise InputError(
             f"out = {path} cannot be written ({error.strerror or error}): give another place"
         ) from error

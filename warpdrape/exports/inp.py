@@ -76,6 +76,10 @@ def write_model(file: TextIO, shells: Sequence[Shell]) -> None:
         file: the deck.
         shells: the plies, from the bottom up.
     """
+    file.write("*NODE\n")  # in one block: some readers keep the last one only
+    nodes = np.concatenate([shell.nodes for shell in shells])
+    for number, (x, y, z) in enumerate(nodes.tolist(), 1):
+        file.write(f"{number}, {x:.9g}, {y:.9g}, {z:.9g}\n")
     first_node, first_element = 1, 1
     for shell in shells:
         _write_shell(file, shell, first_node, first_element)
@@ -129,20 +133,24 @@ def _write_heading(
         "** Stack from the bottom up: " + ", ".join(shell.name for shell in shells) + "\n"
         "** Every element: layers warp, weft, warp of 1/4, 1/2, 1/4 of its thickness, each along\n"
         "** its yarns as they lie. Element type S6 is CalculiX's; Abaqus calls it STRI65.\n"
-        "** Material, boundary and load are an example: replace them by yours.\n"
+        "** Plies do not hold on to each other: tie TOP_ of one to BOTTOM_ of the next, or add\n"
+        "** contact. Material, boundary and load are an example: replace them by yours.\n"
     )
 
 
 def _write_shell(file: TextIO, shell: Shell, first_node: int, first_element: int) -> None:
     name = shell.name
-    file.write(f"** ----- ply {name}\n*NODE, NSET=N_{name}\n")
-    for number, (x, y, z) in enumerate(shell.nodes.tolist(), first_node):
-        file.write(f"{number}, {x:.9g}, {y:.9g}, {z:.9g}\n")
+    last_node = first_node + len(shell.nodes) - 1
+    file.write(
+        f"** ----- ply {name}\n*NSET, NSET=N_{name}, GENERATE\n{first_node}, {last_node}, 1\n"
+    )
     file.write(f"*ELEMENT, TYPE=S6, ELSET={name}\n")
     for number, corners in enumerate((shell.elements + first_node).tolist(), first_element):
         file.write(f"{number}, {', '.join(map(str, corners))}\n")
     file.write(f"*NSET, NSET=EDGE_{name}\n")
     file.writelines(_rows((shell.edge + first_node).tolist()))
+    for side, face in (("TOP", "SPOS"), ("BOTTOM", "SNEG")):
+        file.write(f"*SURFACE, NAME={side}_{name}, TYPE=ELEMENT\n{name}, {face}\n")
     for k, thickness in enumerate(shell.thickness.tolist()):
         number = first_element + k
         for family, directions in shell.directions.items():

@@ -69,8 +69,8 @@ def _names(field: Field) -> list[str]:
 
 def _joined(parts: Sequence[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Parts of a table below each other, with NaN for columns that a part lacks."""
-    order = list(parts[0])
-    order += [name for field in FIELDS for name in _names(field) if name not in order]
+    quantities = [name for field in FIELDS for name in _names(field)]
+    order = [name for name in parts[0] if name not in quantities] + quantities
     there = [name for name in order if any(name in part for part in parts)]
     return {
         name: np.concatenate(
