@@ -67,22 +67,28 @@ def vtp(path):
     return found
 
 
+def listed(path):
+    """Times, names and files of a .pvd."""
+    entries = ElementTree.parse(path).getroot().findall("Collection/DataSet")
+    times = [float(entry.get("timestep")) for entry in entries]
+    return times, *([entry.get(key) for entry in entries] for key in ("name", "file"))
+
+
 def test_vtk_lists_every_ply_and_tool_at_every_frame(pressed, tmp_path):
     pytest.importorskip("pyvista")
     result, folder = pressed
     out = export(folder, "vtk", tmp_path / "a" / "film.pvd")
-    entries = ElementTree.parse(out).getroot().findall("Collection/DataSet")
-    times = [float(entry.get("timestep")) for entry in entries]
-    assert times == np.repeat(result.history["time_s"], 6).tolist()
-    names = [entry.get("name") for entry in entries]
-    assert names == 5 * ["ply_0", "ply_1", "ply_2", "punch", "die", "holder"]
-    files = [entry.get("file") for entry in entries]
-    assert len(set(files[names.index("die") :: 6])) == 1  # stands still
-    assert len(set(files[names.index("punch") :: 6])) == 5
+    times, names, files = listed(out)
+    assert times == np.repeat(result.history["time_s"], 3).tolist()
+    assert names == 5 * ["ply_0", "ply_1", "ply_2"]
+    tool_times, tools, tool_files = listed(out.with_name("film_tools.pvd"))
+    assert tool_times == times and tools == 5 * ["punch", "die", "holder"]
+    assert len(set(tool_files[0::3])) == 5
+    assert len(set(tool_files[1::3])) == 1  # stands still
     for frame in (2, 4):
         read = wd.read_run(folder, frame=frame)
         for k, ply in enumerate(read.plies):
-            arrays = vtp(out.parent / files[6 * frame + k])
+            arrays = vtp(out.parent / files[3 * frame + k])
             np.testing.assert_array_equal(arrays["Points", "Points"], ply.points)
             corners = arrays["Polys", "connectivity"].reshape(-1, 3)
             np.testing.assert_array_equal(corners, ply.triangles)
@@ -90,8 +96,9 @@ def test_vtk_lists_every_ply_and_tool_at_every_frame(pressed, tmp_path):
             for field, values in fields_of(ply).items():
                 place = "PointData" if field.at_vertices else "CellData"
                 np.testing.assert_array_equal(arrays[place, field.column], values)
-        punch = vtp(out.parent / files[6 * frame + 3])
+        punch = vtp(out.parent / tool_files[3 * frame])
         np.testing.assert_array_equal(punch["Points", "Points"], read.tools[0].vertices)
+    assert not list(out.parent.glob(".*"))
 
 
 def test_vtkhdf_moves_with_time_in_another_library(pressed, tmp_path):

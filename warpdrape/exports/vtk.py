@@ -1,7 +1,7 @@
-"""VTK for ParaView: a ``.pvd`` that lists a ``.vtp`` a ply, and a tool, at every frame.
+"""VTK for ParaView: a ``.pvd`` that lists a ``.vtp`` for each ply at every frame; tools likewise.
 
-The pieces lie in a folder beside the file, ``scene_vtp`` for ``scene.pvd``. A tool that stands
-still, or has not moved since the frame before, is written once.
+For ``scene.pvd`` the tools' list is ``scene_tools.pvd``, so that they can be hidden, and the pieces
+lie in ``scene_vtp``. A tool that has not moved since the frame before is written once.
 """
 
 from __future__ import annotations
@@ -32,23 +32,31 @@ def write(reader: RunReader, out: Path, frames: Sequence[int]) -> None:
     stem = out.name.removeprefix(".").split(".")[0]
     folder = out.parent / f"{stem}_vtp"
     folder.mkdir(exist_ok=True)
-    lines: list[str] = []
+    plies: list[str] = []
+    tools: list[str] = []
     standing: dict[str, tuple[np.ndarray, str]] = {}
     for frame in frames:
         result = reader.result(frame)
-        parts = []
-        for ply in result.plies:
+        for part, ply in enumerate(result.plies):
             mesh = ply_mesh(ply)
             mesh.field_data["time_s"] = [result.time_s]
-            parts.append((ply.name, _save(mesh, folder / f"{ply.name}_{frame:04d}.vtp")))
-        for tool in result.tools:
+            file = _save(mesh, folder / f"{ply.name}_{frame:04d}.vtp")
+            plies.append(_entry(result.time_s, part, ply.name, file))
+        for part, tool in enumerate(result.tools):
             before, file = standing.get(tool.name, (np.empty(0), ""))
-            if before.shape != tool.vertices.shape or (before != tool.vertices).any():
+            if not np.array_equal(before, tool.vertices):
                 file = _save(tool_mesh(tool), folder / f"{tool.name}_{frame:04d}.vtp")
                 standing[tool.name] = tool.vertices, file
-            parts.append((tool.name, file))
-        lines += [_entry(result.time_s, k, name, file) for k, (name, file) in enumerate(parts)]
-    out.write_text(HEAD + "".join(lines) + TAIL, encoding="utf-8")
+            tools.append(_entry(result.time_s, part, tool.name, file))
+    if tools:
+        _write_list(out.with_name(f"{stem}_tools.pvd"), tools)
+    out.write_text(HEAD + "".join(plies) + TAIL, encoding="utf-8")
+
+
+def _write_list(path: Path, entries: Sequence[str]) -> None:
+    partial = partial_path(path)
+    partial.write_text(HEAD + "".join(entries) + TAIL, encoding="utf-8")
+    give_final_name(partial, path)
 
 
 def _save(mesh, path: Path) -> str:
