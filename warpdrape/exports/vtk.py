@@ -39,7 +39,7 @@ def write(reader: RunReader, out: Path, frames: Sequence[int]) -> None:
         result = reader.result(frame)
         for part, ply in enumerate(result.plies):
             mesh = ply_mesh(ply)
-            mesh.field_data["time_s"] = [result.time_s]
+            mesh.field_data["TimeValue"] = [result.time_s]
             file = _save(mesh, folder / f"{ply.name}_{frame:04d}.vtp")
             plies.append(_entry(result.time_s, part, ply.name, file))
         for part, tool in enumerate(result.tools):
