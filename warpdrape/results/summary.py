@@ -91,7 +91,7 @@ def summarise(
     warnings += untouched(model, history, loose)
     loaded = was_loaded(history, reference)
     if not failure and not loaded and not loose:
-        warnings.append(nothing_loaded(history))
+        warnings.append(nothing_loaded(history, LEAST_LOADED * reference))
     if not failure and loaded and not calm and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = met_in_contact(measured)
@@ -153,12 +153,18 @@ def add_warning(summary: dict[str, Any], what: str, error: Exception) -> None:
         summary["message"] = closing_words("", summary["warnings"])
 
 
-def nothing_loaded(history: Mapping[str, np.ndarray]) -> str:
-    """Warning of a run in which no ply was deformed, which no duration mends."""
-    return (
-        f"nothing was loaded: the plies stored at most {history['internal_j'].max():.2g} J, so it "
-        "cannot be said whether the run was slow enough; let tools, clamps or gravity act on them"
-    )
+def nothing_loaded(history: Mapping[str, np.ndarray], least: float) -> str:
+    """Warning of a run in which no ply was deformed in its plane or bent, which no duration mends.
+
+    Args:
+        history: columns over the frames.
+        least: energy [J] that counts as none.
+    """
+    stored = f"the plies stored at most {history['internal_j'].max():.2g} J"
+    unknown = "so it cannot be said whether the run was quasi-static"
+    if np.abs(history["contact_j"]).max() > least:
+        return f"plies were pressed but not stretched, sheared or bent: {stored}, {unknown}"
+    return f"nothing was loaded: {stored}, {unknown}; let tools, clamps or gravity act on them"
 
 
 def passed_through(model: Model, contacts: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:

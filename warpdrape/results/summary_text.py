@@ -127,7 +127,7 @@ def _quality(summary: Mapping[str, Any]) -> str:
     ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [
         f"energy error {100 * summary['energy_error']:.3g} %",
-        ratio if summary["loaded"] else "nothing was loaded",
+        ratio if summary["loaded"] else "no ply was stretched, sheared or bent",
         f"deepest penetration {1e3 * summary['max_penetration_m']:.3f} mm",
     ]
     if summary["added_mass_kg"] > 0.0:
