@@ -25,7 +25,7 @@ GAP = 0.1
 """Gap between blanks, as a share of the widest."""
 ARM = 0.3
 """Length of an axis either way, over the smaller side of the blank."""
-_COLORS = {"BLANK": 7, "WARP": 1, "WEFT": 5}  # of the DXF index: black or white, red, blue
+_COLORS = {"BLANK": 7, "WARP": 1, "WEFT": 5, "TEXT": 8}  # of DXF: black or white, red, blue, grey
 _STROKES = {"BLANK": "#1a1d21", "WARP": "#c62828", "WEFT": "#1565c0"}
 
 
@@ -142,7 +142,7 @@ def _write_dxf(out: Path, patterns: Sequence[Pattern]) -> None:
         for family, ends in pattern.axes.items():
             sheet.add_line(*ends.tolist(), dxfattribs={"layer": layers[family]})
         size = 0.04 * float((pattern.high - pattern.low).min())
-        options = {"layer": layers["WARP"], "height": size}
+        options = {"layer": layers["TEXT"], "height": size}
         place = (float(pattern.low[0]), float(pattern.low[1]) - 2.0 * size)
         sheet.add_text(_label(pattern), dxfattribs=options).set_placement(place)
     drawing.saveas(out)

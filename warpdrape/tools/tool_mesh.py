@@ -63,10 +63,13 @@ def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
     if not os.path.isfile(source):
         raise InputError(f"tool {name!r}: no mesh file {os.fspath(source)!r}")
     try:
-        return trimesh.load(source, force="mesh", process=False)
+        mesh = trimesh.load(source, force="mesh", process=False)
+        if len(mesh.faces) == 0:  # also of bytes that a package for encodings made letters of
+            raise ValueError("it holds no facets")
     except Exception as error:  # trimesh raises whatever its readers raise
         why = why_unreadable(source, error)
         raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {why}") from None
+    return mesh
 
 
 def creased_normals(mesh: trimesh.Trimesh) -> np.ndarray:
