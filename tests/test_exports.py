@@ -26,6 +26,7 @@ from warpdrape.exports.pattern import patterns_of
 from warpdrape.exports.vtkhdf import _arrays
 from warpdrape.results.fields import fields_of
 from warpdrape.results.result import FormedPly
+from warpdrape.results.run_folder import RunFolder
 
 SINGLE = {"rtol": 1e-6, "atol": 1e-12}
 
@@ -451,3 +452,6 @@ def test_the_command_writes_into_the_run_folder(pressed, tmp_path, capsys):
     assert "--frame x must be a whole number" in capsys.readouterr().err
     assert wd.read_run(run).completed  # the run is as it was
     assert [f for f in Path(run, "export").iterdir()] == [written]
+    with pytest.warns(UserWarning, match="holds exports of the run before: export again"):
+        RunFolder(run, overwrite=True).begin()
+    assert written.is_file()

@@ -10,10 +10,8 @@ from pathlib import Path
 from warpdrape.errors import InputError, one_of
 from warpdrape.exports.formats import FORMATS, Format
 from warpdrape.results.read_run import RunReader
-from warpdrape.results.run_folder import give_final_name, partial_path
+from warpdrape.results.run_folder import EXPORTS, give_final_name, partial_path
 
-FOLDER = "export"
-"""Folder in a run's that takes what is exported from it where no path is given."""
 ALL = "all"
 """What is given as the frame for all of them."""
 
@@ -43,7 +41,7 @@ def export(
     chosen = FORMATS[one_of("format", to, FORMATS)]
     reader = RunReader(run)
     frames = _frames(chosen, to, reader, frame)
-    path = Path(run, FOLDER, chosen.file) if out is None else Path(out)
+    path = Path(run, EXPORTS, chosen.file) if out is None else Path(out)
     ending = Path(chosen.file).suffix
     if path.suffix.lower() != ending:
         raise InputError(f"out = {path} must end in {ending} for the format {to!r}")

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import tempfile
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ SUMMARY = "summary.json"
 RUN = "run.json"
 COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
+EXPORTS = "export"
+"""Folder in it that takes what is exported from the run where no other place is given."""
 RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
@@ -75,16 +78,22 @@ class RunFolder:
         """Make the folder and remove the results of the run before; done once, and by any write."""
         if self._begun:
             return
+        replaced = False
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             for file in self._old_files():
                 file.unlink()
+                replaced = True
         except OSError as error:
             raise InputError(
                 f"out = {self.path} cannot be prepared ({error.strerror}): close what uses it, or "
                 "give another folder"
             ) from error
         self._begun = True
+        if replaced and (self.path / EXPORTS).is_dir():
+            warnings.warn(
+                f"{self.path / EXPORTS} holds exports of the run before: export again", stacklevel=2
+            )
 
     def write_json(self, name: str, data: Mapping[str, Any]) -> Path:
         """Write ``data`` as the file ``name``, replacing it in one move; return its path.
