@@ -16,7 +16,7 @@ from warpdrape.results.usd import UsdWriter
 from warpdrape.scenes import hemisphere
 from warpdrape.timing import choose_step
 
-SMALL = {"cells": 4, "duration": 0.004}
+SMALL = {"cells": 4, "duration": 0.002}
 
 
 def broken(*_):

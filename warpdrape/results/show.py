@@ -25,7 +25,7 @@ def text(result: Result) -> str:
     lines = [f"Result: {verdict(result.summary)}"]
     if not result.completed:
         lines.append(f"  {result.summary['message']}")
-    if result.frame not in (-1, len(result.history["time_s"]) - 1):
+    if not _at_the_end(result):
         lines[0] += f"; shown at {1e3 * result.time_s:.4g} ms"
     shown = result.plies[:MOST_PLIES]
     lines += [
@@ -41,7 +41,10 @@ def html(result: Result) -> str:
     """Return a result as a table and a picture."""
     summary = result.summary
     parts = [f"<p><b>{escape(verdict(summary))}</b></p>"]
-    words = summary["warnings"] if result.completed else [summary["message"]]
+    words = [f"Warning: {warning}" for warning in summary["warnings"]]
+    words = words if result.completed else [summary["message"]]
+    if not _at_the_end(result):
+        words.append(f"Tables: at the end. Picture: at {1e3 * result.time_s:.4g} ms.")
     parts += [f"<p>{escape(line)}</p>" for line in words]
     parts.append(_table(ply_rows(summary["plies"])))
     if summary["tools"]:
@@ -50,6 +53,10 @@ def html(result: Result) -> str:
     image = base64.b64encode(picture(result, plies, "shear", tools=False)._repr_png_()).decode()
     parts.append(f'<img alt="formed plies, coloured by shear" src="data:image/png;base64,{image}">')
     return "\n".join(parts)
+
+
+def _at_the_end(result: Result) -> bool:
+    return result.frame in (-1, len(result.history["time_s"]) - 1)
 
 
 def picture(result: Result, plies: Sequence[FormedPly], field: str, *, tools: bool) -> Figure:
