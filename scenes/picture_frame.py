@@ -32,7 +32,7 @@ def build(
     mesh: str = "aligned",
     mesh_angle_deg: float = 0.0,
     shear_angle_deg: float = 55.0,
-    duration: float = 0.06,
+    duration: float = 0.1,
     damping: float = 20.0,
     averaging: str = "pairs",
 ) -> Scene:
@@ -45,7 +45,7 @@ def build(
         mesh: "aligned" to the yarns, "crossed", "diagonal", "grid" or "random".
         mesh_angle_deg: turn of a "grid" against the frame [deg].
         shear_angle_deg: shear angle at the end [deg].
-        duration: of the pull [s].
+        duration: of the pull; inertia bears little of the force from 3° on [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
     """

@@ -3,11 +3,21 @@
 import pytest
 import warp as wp
 
+from warpdrape.scenes import three_ply_hemisphere
+
 wp.config.quiet = True
 
 
 def devices():
     return ["cpu", *(["cuda:0"] if wp.get_cuda_device_count() else [])]
+
+
+@pytest.fixture(scope="session")
+def pressed(tmp_path_factory):
+    """Three plies, a little pressed: the result and its run folder, to be read only."""
+    folder = tmp_path_factory.mktemp("pressed") / "run"
+    scene = three_ply_hemisphere.build(cells=6, travel=0.03, duration=0.01)
+    return scene.run(folder, frames=4), folder
 
 
 @pytest.fixture(params=devices())

@@ -1,8 +1,10 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,8 @@ from pxr import Usd
 import warpdrape
 from warpdrape import cli
 from warpdrape.commands.scene_library import bundled_scenes, find_script
+from warpdrape.commands.scene_parameters import read_parameters
+from warpdrape.errors import InputError
 from warpdrape.results.summary_text import summary_text
 from warpdrape.simulation import Stepper
 
@@ -273,6 +277,54 @@ def test_building_a_scene_brings_no_command_line_with_it():
 def test_values_may_have_their_unit(name, text, value):
     settings = find_script("hemisphere").read_settings([f"{name}={text}"])
     assert settings[name] == pytest.approx(value, rel=1e-12)
+
+
+def build_with_lists(
+    *,
+    gaps: tuple[float, ...] = (0.001, 0.002),
+    counts: list[int] = [3, 4],  # noqa: B006
+    names: Sequence[str] | None = None,
+    pitch_um: int = 5,
+    layers: int = 3,
+):
+    """Build nothing.
+
+    Args:
+        gaps: between things [m].
+        counts: of things.
+        names: of things.
+        pitch_um: of something [m].
+        layers: of things.
+    """
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("gaps", "10mm,2 cm,1m", (0.01, 0.02, 1.0)),
+        ("gaps", "(0.1, 2e-1)", (0.1, 0.2)),
+        ("gaps", "5mm", (0.005,)),
+        ("counts", "1,2,3", (1, 2, 3)),
+        ("names", "a, b", ("a", "b")),
+        ("names", "none", None),
+        ("pitch_um", "2000mm", 2),
+        ("gaps", "10mm,20", "give every number its unit, or none"),
+        ("gaps", "1mm,far", "must be a list of numbers with commas, such as gaps=0.001,0.002"),
+        ("gaps", "1kg,2kg", "units it may be given with: m, cm"),
+        ("counts", "1,2.5", "counts = '2.5' must be"),
+        ("pitch_um", "2500mm", "must be a whole number"),
+        ("layers", "3mm", "none, it is in no unit"),
+    ],
+)
+def test_lists_and_whole_numbers_may_have_their_unit_or_are_refused(name, text, value):
+    parameter = read_parameters(build_with_lists)[name]
+    if isinstance(value, str):
+        with pytest.raises(InputError, match=re.escape(value)):
+            parameter.read(text)
+        return
+    read = parameter.read(text)
+    assert read == (value if value is None or isinstance(value, int) else pytest.approx(value))
+    assert type(read) is type(value)
 
 
 @pytest.mark.parametrize("command", [["scenes"], ["scenes", "hemisphere"], ["fabrics"], ["info"]])

@@ -62,6 +62,23 @@ def test_a_coupon_says_from_where_on_inertia_bears_little(tmp_path):
     assert 2.0 < starts[0] < starts[1]
 
 
+@pytest.mark.parametrize(
+    ("coupon", "edge", "limit", "error"),
+    [
+        (picture_frame, 0.05, 1.5, 0.02),
+        (bias_extension, 0.025, 3.0, 0.06),  # 2 % of it is not inertia's
+    ],
+    ids=["picture frame", "bias extension"],
+)
+def test_a_coupon_can_be_trusted_from_three_degrees_on(coupon, edge, limit, error, tmp_path):
+    coupon.build(edge=edge).run(tmp_path, frames=80)
+    curve, summary = read(tmp_path)
+    assert 0.0 < summary["coupon"]["quasi_static_from_shear_angle_deg"] < limit
+    late = (curve["shear_angle_deg"] > 3.0) & (curve["shear_angle_deg"] < 20.0)
+    off = curve["force_n"][late] / curve["closed_form_force_n"][late] - 1.0
+    assert late.sum() > 5 and np.abs(off).max() < error
+
+
 def test_a_coupon_that_never_calms_says_so():
     scene = bias_extension.build(edge=0.02, shear_angle_deg=10.0, duration=0.004)
     summary = scene.run(frames=10).summary

@@ -1,6 +1,7 @@
 """What the documents promise is there: links, files, commands, scripts, dependencies."""
 
 import re
+import runpy
 import shlex
 import tomllib
 from pathlib import Path
@@ -49,6 +50,15 @@ def test_links_lead_somewhere(page):
         if section:
             headings = re.findall(r"^#+ (.*)$", target.read_text("utf-8"), re.MULTILINE)
             assert section in map(anchor, headings), f"{page.name}: {link}"
+
+
+def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow():
+    namespace = runpy.run_path(str(ROOT / "setup.py"), run_name="read")
+    page = namespace["package_page"]((ROOT / "README.md").read_text("utf-8"))
+    assert all(link.startswith("https://") for link in LINK.findall(page))
+    assert "usage (`docs/usage.md` in the source)" in page
+    for file in re.findall(r"`([^`]+)` in the source", page):
+        assert (ROOT / file).is_file()
 
 
 @pages()
@@ -114,10 +124,24 @@ def test_lines_of_python_on_the_usage_page(capsys):
     assert "(144,) (144, 3)" in capsys.readouterr().out
 
 
+def test_lines_of_python_on_the_notebook_page(tmp_path, monkeypatch):
+    pytest.importorskip("pyvista")
+    monkeypatch.chdir(tmp_path)
+    start, *rest = blocks(ROOT / "docs" / "notebook.md", "python")
+    names = {}
+    exec(compile(start.replace("cells=8", "cells=4"), "notebook.md", "exec"), names)
+    for text in rest:
+        exec(compile(text, "notebook.md", "exec"), names)
+    assert names["half_way"].frame == 30
+    assert names["blocks"].keys()[0] == "ply_0"
+
+
 def test_every_dependency_has_its_reason():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
+    lists = [project["dependencies"], *project["optional-dependencies"].values()]
+    wanted = [name for each in lists for name in each if not name.startswith("warpdrape[")]
     text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
     table = text.partition("## Dependencies")[2].partition("\n## ")[0]
-    given = re.findall(r"^\| `([\w-]+)`", table, re.MULTILINE)
+    rows = re.findall(r"^\| (`[^|]+) \|", table, re.MULTILINE)
+    given = [name for row in rows for name in re.findall(r"`([\w-]+)`", row)]
     assert sorted(given) == sorted(re.match(r"[\w-]+", name)[0] for name in wanted)

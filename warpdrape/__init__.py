@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.numerics import Numerics
+    from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
@@ -48,6 +49,7 @@ __all__ = [
     "Stroke",
     "Tool",
     "lay_up",
+    "read_run",
     "stack_top",
     "units",
 ]
@@ -74,6 +76,7 @@ _HOME = {
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
     "lay_up": "blanks.ply",
+    "read_run": "results.read_run",
     "stack_top": "blanks.ply",
 }
 """Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""

@@ -150,6 +150,17 @@ def _picture(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _export(arguments: argparse.Namespace) -> int:
+    from warpdrape.exports.export import ALL, export
+
+    frame = arguments.frame
+    if frame is not None and frame != ALL:
+        frame = whole("--frame", frame)
+    options = {"frame": frame, "overwrite": arguments.overwrite}
+    print(export(arguments.run, arguments.to, arguments.out, **options))
+    return DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -188,6 +199,7 @@ _COMMANDS = {
     "scenes": _scenes,
     "fabrics": _fabrics,
     "picture": _picture,
+    "export": _export,
     "verify": _verify,
     "info": _info,
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.wording import brief
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +51,8 @@ class Numerics:
     yarn_viscosity: float = 0.067
     yarn_softening: float = 1.0
     graph: bool = True
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         one_of("averaging", self.averaging, ("pairs", "plain"))

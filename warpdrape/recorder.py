@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,10 +18,16 @@ from warpdrape.interaction import Measured
 from warpdrape.results.frame_data import PlyShape, ToolShape
 from warpdrape.results.frames_file import Mark
 from warpdrape.results.history import history_row
-from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
+from warpdrape.results.result import (
+    FormedPly,
+    Result,
+    place_tools,
+    read_plies,
+    shown_at_vertices,
+)
 from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
 from warpdrape.results.run_record import run_record
-from warpdrape.results.summary import summarise
+from warpdrape.results.summary import add_warning, summarise
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter
 from warpdrape.state import State
@@ -85,6 +90,7 @@ class Recorder:
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
         self._loose: tuple[str, ...] = ()
+        self._shift = np.zeros((len(model.scene.tools), 3))
         self._started = time.perf_counter() - self.tally.wall
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -135,6 +141,7 @@ class Recorder:
     def _keep(self, state: State, measured: tuple[Measured, ...]) -> None:
         self._plies = read_plies(self._model, state, measured)
         self._measured = measured
+        self._shift = state.tools.shift.numpy().copy()
         self._loose = loose_plies(self._model, state, measured)
 
     def record(self, state: State, frame: int) -> dict[str, float]:
@@ -176,6 +183,7 @@ class Recorder:
         self._rows.append(row)
         self.tally.steps_before = self.steps
         self._plies, self._measured = plies, measured
+        self._shift = state.tools.shift.numpy().copy()
         self._loose = loose_plies(model, state, measured)
         return row
 
@@ -207,7 +215,7 @@ class Recorder:
         )
         if self._profiled:
             summary["phases_s"] = self.profile.seconds()
-        result = Result(self._plies, summary, history)
+        result = Result(self._plies, summary, history, place_tools(model.scene, self._shift))
         summary["reported"] = []
         if model.scene.report is not None and not failure:
             self._add_report(result, summary)
@@ -229,20 +237,28 @@ class Recorder:
         try:
             entries = as_json(self._model.scene.report(result), "report")
         except Exception as error:
-            fault = f"{type(error).__name__}: {error}"
-            summary["warnings"].append(f"the scene's report failed: {fault}")
+            add_warning(summary, "the scene's report failed", error)
             return
         summary.update(entries)
         summary["reported"] = list(entries)
 
-    def _close(self, result: Result | None, summary: Mapping[str, Any]) -> None:
+    def _close(self, result: Result | None, summary: dict[str, Any]) -> None:
         """Give the files their final names, the summary last."""
         if self._folder is None:
             return
-        write = self._model.scene.write
         with ExitStack() as last:  # each is done even where another fails, the summary last
             last.callback(self._folder.write_json, SUMMARY, summary)
-            if write is not None and result is not None and summary["status"] == "completed":
-                last.callback(write, result, self._folder)
+            if result is not None and summary["status"] == "completed":
+                last.callback(self._add_files, result, summary)
             last.callback(self._history.close)
             last.callback(self._usd.close)
+
+    def _add_files(self, result: Result, summary: dict[str, Any]) -> None:
+        """Let the scene write its own files; a fault in that must not cost the result."""
+        write = self._model.scene.write
+        if write is None:
+            return
+        try:
+            write(result, self._folder)
+        except Exception as error:
+            add_warning(summary, "the scene's own files could not be written", error)

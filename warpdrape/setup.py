@@ -19,11 +19,14 @@ from warpdrape.tools.motion import Motion, Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
+from warpdrape.wording import brief, heading
 
 if TYPE_CHECKING:
     from warpdrape.results.result import Result
     from warpdrape.results.run_folder import RunFolder
 
+MOST_SHOWN = 12
+"""Plies, tools and clamps of a scene that it shows of itself."""
 LARGEST_PLY = 50.0
 """Width beyond which a ply must have been given in millimetres [m]."""
 LONGEST_WAY = 20.0
@@ -57,6 +60,8 @@ class Clamp:
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None
     slope: str = "held"
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
@@ -95,6 +100,12 @@ class Setup:
     call: Mapping[str, Any] = field(default_factory=dict)
     report: Callable[[Result], Mapping[str, Any]] | None = None
     write: Callable[[Result, RunFolder], None] | None = None
+
+    def __repr__(self) -> str:
+        things = [repr(each) for each in (*self.plies, *self.tools, *self.clamps)]
+        if len(things) > MOST_SHOWN:
+            things = [*things[: MOST_SHOWN - 1], f"… and {len(things) - MOST_SHOWN + 1} more"]
+        return "\n  ".join([f"{heading(self)}: {1e3 * self.duration:.4g} ms", *things])
 
     def __post_init__(self) -> None:
         for name, kind in (

@@ -66,7 +66,7 @@ def kernels_are_compiled() -> bool:
 
 
 def check_device(device: str) -> str:
-    """Return a device that exists.
+    """Start Warp, if nobody has, and return a device that exists.
 
     Raises:
         InputError: if it does not, naming those that do.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from warpdrape.errors import SIZES, InputError, numbers, positive
 from warpdrape.mesh_file import fault_of, why_unreadable
+from warpdrape.wording import surface
 
 DEGENERATE = 1e-7
 """Smallest height over longest side below which a triangle counts as having no area."""
@@ -44,6 +45,9 @@ class FlatMesh:
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
+
+    def __repr__(self) -> str:
+        return f"FlatMesh: {surface(self.vertices, self.triangles)}"
 
     def __post_init__(self) -> None:
         vertices, triangles = check_mesh(self.vertices, self.triangles)

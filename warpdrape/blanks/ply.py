@@ -15,6 +15,7 @@ from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
 from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.wording import heading, surface
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,6 +35,13 @@ class Ply:
     mesh: FlatMesh
     warp_angle: float = 0.0
     z: float = 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"{heading(self)}: {surface(self.mesh.vertices, self.mesh.triangles)}, "
+            f"warp at {math.degrees(self.warp_angle):.4g}°, z {1e3 * self.z:.4g} mm, "
+            f"fabric {self.fabric.name!r}"
+        )
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():

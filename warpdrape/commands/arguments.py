@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any, NoReturn
 
+from warpdrape.exports.formats import FORMATS
+
 OUT = "runs"
 """Folder, in the current one, that takes a run's folder where ``--out`` is not given."""
 VERIFICATION = f"{OUT}/verification"
@@ -38,6 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
     fabrics.add_argument("fabric", metavar="NAME", nargs="?", help="a name, or a .toml file")
     fabrics.add_argument("--plot", metavar="FILE", help="draw its curves to a .png, .pdf or .svg")
     _add_picture(commands)
+    _add_export(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -155,6 +158,21 @@ def _add_picture(commands: Any) -> None:
     )
     picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
     picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _add_export(commands: Any) -> None:
+    known = "; ".join(f"{name}: {each.words}" for name, each in FORMATS.items())
+    export = _add(commands, "export", "write a run in the format of another program", known)
+    export.add_argument("run", metavar="RUN", help="the folder of a run")
+    export.add_argument("--to", metavar="FORMAT", required=True, help=", ".join(FORMATS))
+    export.add_argument("--out", metavar="PATH", help="the file; in RUN/export if not given")
+    export.add_argument(
+        "--frame",
+        metavar="N",
+        help="which frame, negative ones from the end, or all; if not given all for vtk and "
+        "vtkhdf, and the last one for others",
+    )
+    export.add_argument("--overwrite", action="store_true", help="replace the file")
 
 
 def whole(option: str, text: str, least: int | None = None) -> int:

@@ -88,9 +88,7 @@ class SceneScript:
         if scene.parameters:
             return scene
         used = {p.name: given.get(p.name, p.default) for p in self.parameters.values()}
-        simple = float | int | str | None
-        record = {n: v if isinstance(v, simple) else repr(v) for n, v in used.items()}
-        return replace(scene, parameters=record)
+        return replace(scene, parameters={n: _recorded(value) for n, value in used.items()})
 
     def _call(self, settings: Sequence[str]) -> dict[str, Any]:
         """What ``warpdrape resume`` needs to build it again."""
@@ -101,6 +99,13 @@ class SceneScript:
             "settings": list(settings),
             "extensions": [],
         }
+
+
+def _recorded(value: Any) -> Any:
+    """A parameter as ``run.json`` has it: numbers, texts and lists of them, else in words."""
+    if isinstance(value, list | tuple):
+        return [_recorded(entry) for entry in value]
+    return value if isinstance(value, float | int | str | None) else repr(value)
 
 
 def bundled_scenes() -> dict[str, str]:

@@ -7,7 +7,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,10 +21,14 @@ _UNITS: dict[str, dict[str, float]] = {
     "N": {"N": 1.0, "kN": 1e3},
     "s": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6},
     "deg": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3},
+    "N·m": {"N·m": 1.0, "Nm": 1.0, "N·mm": 1e-3, "Nmm": 1e-3},
     "-": {"%": 1e-2},
 }
 """Unit of a parameter → units with which it may be given → factor."""
-_WITH_UNIT = re.compile(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?) ?([^\W\d_°%]+|°|%)")
+_WITH_UNIT = re.compile(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?) ?([^\W\d_]+(?:[·/][^\W\d_]+)?|°|%)")
 _OWN_UNIT = re.compile(r"\[([^\]]*)\]")
 _ARGUMENT = re.compile(r"(\*{0,2}\w+)(?: \([^)]*\))?:\s*(.*)")
 
@@ -35,10 +39,12 @@ class Parameter:
 
     Attributes:
         name: as given with ``--set``.
-        kind: float, int, bool or str; None for one that text cannot say.
+        kind: float, int, bool or str, of each entry where ``several``; None for one that text
+            cannot say.
         default: its value when not given.
         optional: whether "none" is a value.
         description: its line in the docstring of ``build``, with the unit.
+        several: whether it is a list, written with commas.
     """
 
     name: str
@@ -46,6 +52,7 @@ class Parameter:
     default: Any
     optional: bool
     description: str
+    several: bool = False
 
     def read(self, text: str) -> Any:
         """Return the value that ``text`` says; raise `InputError` if it is of another type."""
@@ -56,15 +63,27 @@ class Parameter:
             )
         if self.optional and text.lower() == "none":
             return None
+        if not self.several:
+            return self._one(text)
+        entries = [entry.strip() for entry in text.strip("()[] ").split(",")]
+        bare = [_number(float, entry) is not None for entry in entries]
+        if self.kind in (float, int) and any(bare) and not all(bare):
+            raise InputError(
+                f"{self.name} = {text!r}: give every number its unit, or none: 10mm,20mm"
+            )
+        return tuple(map(self._one, entries))
+
+    def _one(self, text: str) -> Any:
+        """Value of one number, word or text."""
         if self.kind is str:
             return text
         value = _number(self.kind, text)
-        if value is None and self.kind is float:
+        if value is None and self.kind in (float, int):
             value = self._with_unit(text)
         if value is None:
+            words = "a list of numbers with commas" if self.several else _WORDS[self.kind]
             raise InputError(
-                f"{self.name} = {text!r} must be {_WORDS[self.kind]}, such as "
-                f"{self.name}={shown(self.default)}"
+                f"{self.name} = {text!r} must be {words}, such as {self.name}={shown(self.default)}"
             )
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{self.name} = {text} must be finite")
@@ -76,7 +95,7 @@ class Parameter:
         found = _OWN_UNIT.search(self.description)
         return found[1] if found else ""
 
-    def _with_unit(self, text: str) -> float | None:
+    def _with_unit(self, text: str) -> float | int | None:
         """Value of a number with a unit, such as 75mm; None for anything else.
 
         Raises:
@@ -90,7 +109,11 @@ class Parameter:
         if found[2] not in units:
             known = ", ".join(units) or f"none, it is in {self.unit or 'no unit'}"
             raise InputError(f"{self.name} = {text!r}: units it may be given with: {known}")
-        return number * units[found[2]]
+        value = number * units[found[2]]
+        if self.kind is float:
+            return value
+        whole = round(value)
+        return whole if math.isclose(whole, value, rel_tol=1e-9) else None
 
 
 def read_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
@@ -111,9 +134,22 @@ def read_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
                 f"parameter {name!r} of build() must be a keyword with a default, "
                 f"such as {name}=0.1"
             )
-        kind, optional = _kind(hints.get(name), default)
-        parameters[name] = Parameter(name, kind, default, optional, lines.get(name, ""))
+        hint, several = _entry_hint(hints.get(name))
+        kind, optional = _kind(hint, default)
+        line = lines.get(name, "")
+        parameters[name] = Parameter(name, kind, default, optional, line, several)
     return parameters
+
+
+def _entry_hint(hint: Any) -> tuple[Any, bool]:
+    """Annotation of the entries of a list of any length, and whether it is one."""
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        lists = [entry for entry, several in map(_entry_hint, typing.get_args(hint)) if several]
+        return (lists[0], True) if lists else (hint, False)
+    of, entries = typing.get_origin(hint), typing.get_args(hint)
+    if of in (list, Sequence) or (of is tuple and entries[1:] == (Ellipsis,)):
+        return entries[0], True
+    return hint, False
 
 
 def _kind(hint: Any, default: Any) -> tuple[type | None, bool]:
@@ -148,6 +184,8 @@ def shown(value: Any) -> str:
     """Return a value as one writes it after ``--set NAME=``."""
     if isinstance(value, bool) or value is None:
         return str(value).lower()
+    if isinstance(value, list | tuple):
+        return ",".join(map(shown, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

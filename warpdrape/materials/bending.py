@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, finite, numbers, positive
+from warpdrape.wording import brief
 
 TWIST_SHARE = 0.1
 """Twisting modulus over √(B₁ B₂) where none is given [-]: fibres that slide hardly resist twisting.
@@ -38,6 +39,8 @@ class Bending:
     weft: float
     twist: float | None = None
     coupling: float = 0.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("warp", "weft"):
@@ -120,6 +123,8 @@ class BendingCurve:
     twist: float | None = None
     friction: tuple[float, float] = (0.0, 0.0)
     friction_curvature: float = 1.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         curvatures = numbers("bending.curvatures", self.curvatures)

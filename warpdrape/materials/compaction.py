@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, numbers, positive
+from warpdrape.wording import brief
 
 POINTS = 60
 """Points of the table that a power law becomes."""
@@ -29,6 +30,8 @@ class Compaction:
 
     thicknesses: Sequence[float]
     pressures: Sequence[float]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         thicknesses = numbers("compaction.thicknesses", self.thicknesses)

@@ -19,6 +19,7 @@ from warpdrape.materials.laws import (
     TensionLaw,
     falling_angle,
 )
+from warpdrape.wording import value
 
 STATUSES = ("measured", "second-hand", "inferred", "assumed")
 
@@ -79,6 +80,15 @@ class Fabric:
     sources: Mapping[str, Source] = field(default_factory=dict)
     description: str = ""
     doubts: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        laws = {name: getattr(self, name) for name in ("tension", "shear", "bending", "compaction")}
+        words = [f"{name} {value(law) if law else 'none'}" for name, law in laws.items()]
+        cell = f"{1e3 * self.cell_warp:.3g} × {1e3 * self.cell_weft:.3g} mm"
+        return (
+            f"Fabric {self.name!r}: {1e3 * self.areal_density:.4g} g/m², "
+            f"{1e3 * self.thickness:.3g} mm thick, unit cell {cell}, {', '.join(words)}"
+        )
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.errors import InputError, finite, numbers, positive
+from warpdrape.wording import brief
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class LinearTension:
 
     warp: float
     weft: float
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         positive("warp yarn stiffness", self.warp, unit="N")
@@ -49,6 +52,8 @@ class TabulatedTension:
     strain_weft: Sequence[float]
     tension_warp: Sequence[Sequence[float]]
     tension_weft: Sequence[Sequence[float]]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("strain_warp", "strain_weft"):
@@ -100,6 +105,8 @@ class CrimpInterchange:
     stiffness_warp: float
     stiffness_weft: float
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         for family in ("warp", "weft"):
             positive(f"spacing_{family}", getattr(self, f"spacing_{family}"), unit="m")
@@ -134,6 +141,8 @@ class ShearPolynomial:
 
     coefficients: tuple[float, ...]
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         given = numbers("shear coefficients", self.coefficients)
         values = tuple(finite("shear coefficient", float(c), unit="N·m") for c in given.ravel())
@@ -166,6 +175,8 @@ class ShearTable:
 
     angles: Sequence[float]
     couples: Sequence[float]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         angles = numbers("shear table angles", self.angles)
@@ -230,6 +241,8 @@ class ShearTable:
 class NoShear:
     """A net of yarns that shears freely."""
 
+    __repr__ = brief
+
     def couple(self, angle: np.ndarray) -> np.ndarray:
         """Zero [N·m] at any angle."""
         return np.zeros_like(np.asarray(angle, dtype=float))
@@ -250,6 +263,8 @@ class IsotropicMembrane:
 
     stiffness: float
     poisson: float = 0.3
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         positive("membrane stiffness", self.stiffness, unit="N/m")

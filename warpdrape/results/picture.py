@@ -24,6 +24,10 @@ WIDTH = 1600
 """Width of every picture [pixels]."""
 ABREAST = 4
 """Most plies in a row of a picture of a stack."""
+DEFAULT_VIEW = (32.0, -62.0)
+"""Elevation and azimuth of the eye [deg]."""
+NOTEBOOK = 0.5
+"""Pixels of a picture in a notebook over those of one in a file, along each side [-]."""
 _DPI = 160
 _SAMPLES = 2  # along each side of a pixel
 _LIGHT = np.array([-0.42, 0.62, 0.66])  # right, up, towards the viewer
@@ -72,7 +76,7 @@ def draw_ply(
     *,
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
-    view: tuple[float, float] = (32.0, -62.0),
+    view: tuple[float, float] = DEFAULT_VIEW,
     field: str = "shear",
     top: float | None = None,
     yarns: bool = True,
@@ -108,7 +112,7 @@ def draw_stack(
     *,
     frame: int = -1,
     out: str | os.PathLike[str] | None = None,
-    view: tuple[float, float] = (32.0, -62.0),
+    view: tuple[float, float] = DEFAULT_VIEW,
     field: str = "shear",
     top: float | None = None,
     yarns: bool = True,
@@ -131,6 +135,12 @@ def _named(scene_path: Path, name: str, field: str) -> Path:
     return scene_path.with_name(f"{name}.png" if field == "shear" else f"{name}_{field}.png")
 
 
+def draw_views(scene: SceneView, quantity: Quantity) -> Figure:
+    """Draw plies and tools as `draw_stack` does, for a notebook's width; return the figure."""
+    paint = _paint(quantity, scene.plies, None, smooth=True, yarns=True)
+    return _figure(scene, scene.plies, DEFAULT_VIEW, paint, scene.tools, NOTEBOOK)
+
+
 def _draw(
     scene: SceneView,
     plies: list[PlyView],
@@ -139,12 +149,7 @@ def _draw(
     paint: _Paint,
     tools: bool,
 ) -> Path:
-    surfaces = scene.tools if tools else []
-    shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
-    width = int(0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
-    camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
-    images = [_render(ply, surfaces, camera, paint) for ply in plies]
-    figure = _compose(images, plies, _note(scene, paint, camera), paint)
+    figure = _figure(scene, plies, view, paint, scene.tools if tools else [])
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out, dpi=_DPI, facecolor="white")
@@ -153,6 +158,22 @@ def _draw(
             f"out = {out} cannot be written ({error}): give another place, ending in .png"
         ) from error
     return out
+
+
+def _figure(
+    scene: SceneView,
+    plies: list[PlyView],
+    view: tuple[float, float],
+    paint: _Paint,
+    surfaces: list[Surface],
+    share: float = 1.0,
+) -> Figure:
+    """Return the figure; its images have ``share`` of the pixels along each side."""
+    shown = np.concatenate([p.points for p in plies] + [points for points, _ in surfaces])
+    width = int(share * 0.84 * WIDTH / _grid(len(plies))[0]) * _SAMPLES
+    camera = Camera.around(shown, *view, width, upside_down=_hangs_down(plies[0]))
+    images = [_render(ply, surfaces, camera, paint) for ply in plies]
+    return _compose(images, plies, _note(scene, paint, camera), paint, share)
 
 
 def _paint(
@@ -282,17 +303,22 @@ def _lay_over(
 
 
 def _compose(
-    images: list[NDArray[np.float32]], plies: list[PlyView], note: str, paint: _Paint
+    images: list[NDArray[np.float32]],
+    plies: list[PlyView],
+    note: str,
+    paint: _Paint,
+    share: float,
 ) -> Figure:
     """Set the images in rows, with their captions and one colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
+    from warpdrape.results.figures import Figure
+
     head, foot, pad = 118, 58, 20  # pixels
-    tall, wide = images[0].shape[:2]
+    tall, wide = (round(pixels / share) for pixels in images[0].shape[:2])
     columns, rows = _grid(len(plies))
     height = rows * (head + tall) + foot
     figure = Figure(figsize=(WIDTH / _DPI, height / _DPI), dpi=_DPI)

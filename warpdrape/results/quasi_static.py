@@ -12,6 +12,9 @@ QUASI_STATIC_MEAN = 0.10
 """Its mean while the plies are loaded [-]."""
 LOADED = 0.1
 """Share of the largest internal energy from which the plies count as loaded [-]."""
+LEAST_LOADED = 1e-6
+"""Largest internal energy, over what the plies store when hardly loaded, below which nothing was
+loaded at all [-]: with energy as the square of the shear that is a thousandth of 5°."""
 
 
 def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
@@ -21,6 +24,16 @@ def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
         return 0.0
     loaded = internal >= LOADED * internal.max()
     return float(history[name][loaded].sum() / internal[loaded].sum())
+
+
+def was_loaded(history: Mapping[str, np.ndarray], reference: float) -> bool:
+    """Whether the plies ever stored energy to speak of.
+
+    Args:
+        history: columns over the frames.
+        reference: what they store when hardly loaded [J], from `loading.reference_energy`.
+    """
+    return bool(history["internal_j"].max() > LEAST_LOADED * reference)
 
 
 def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +15,23 @@ from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import one_of
 from warpdrape.interaction import Measured
+from warpdrape.results import show
 from warpdrape.results.usd import PlyFrame
 from warpdrape.setup import Setup
 from warpdrape.state import State
+from warpdrape.wording import heading, surface
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pyvista import MultiBlock
+
+FAMILIES = {
+    "strain": ("warp_strain", "weft_strain"),
+    "line_tension": ("warp_tension", "weft_tension"),
+    "curvature": ("warp_curvature", "weft_curvature"),
+}
+"""Arrays of a formed ply that hold both yarn families → those of `PlyFrame` that hold one each.
+Whatever else both have, they have under one name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +81,36 @@ class FormedPly:
         """Largest shear angle either way [deg]."""
         return float(np.abs(self.shear_angle_deg).max())
 
+    def __repr__(self) -> str:
+        rest = dataclasses.fields(self)[4:]
+        arrays = [field.name for field in rest if getattr(self, field.name) is not None]
+        return (
+            f"{heading(self)}: {surface(self.points, self.triangles)}, shear up to "
+            f"{self.max_shear_deg:.1f}°; has {', '.join(arrays)}"
+        )
+
+    @classmethod
+    def from_frame(
+        cls, name: str, rest_points: np.ndarray, triangles: np.ndarray, frame: PlyFrame
+    ) -> FormedPly:
+        """Make a ply from what the animation shows of it: `frame` turned round.
+
+        Args:
+            name: the ply's name.
+            rest_points: the flat blank [m], shape [n, 3].
+            triangles: vertices, shape [m, 3].
+            frame: the moment.
+        """
+        shown = {field.name: getattr(frame, field.name) for field in dataclasses.fields(frame)}
+        own = {name: shown[name] for name in cls.__dataclass_fields__ if name in shown}
+        for both, parts in FAMILIES.items():
+            found = [shown[part] for part in parts]
+            own[both] = None if found[0] is None else np.column_stack(found)
+        shear = np.radians(frame.shear_angle_deg)
+        return cls(
+            name=name, rest_points=rest_points, triangles=triangles, shear_angle=shear, **own
+        )
+
     def frame(self) -> PlyFrame:
         """What the animation shows of it."""
         return PlyFrame(
@@ -85,18 +130,78 @@ class FormedPly:
 
 
 @dataclass(frozen=True, eq=False)
+class PlacedTool:
+    """A tool at the same moment.
+
+    Attributes:
+        name: the tool's name.
+        vertices: positions [m], shape [n, 3].
+        triangles: vertices of its facets, shape [m, 3].
+    """
+
+    name: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"{heading(self)}: {surface(self.vertices, self.triangles, 'facets')}"
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
-    """A finished run.
+    """A finished run; at the end of a notebook's cell it shows a table and a picture.
 
     Attributes:
         plies: the formed plies in stacking order.
         summary: as in ``summary.json``.
         history: column name → values over the frames, as in ``history.csv``.
+        tools: where they are then.
+        frame: row of the history at which plies and tools are shown; the last good one by default.
     """
 
     plies: Sequence[FormedPly]
     summary: Mapping[str, Any]
     history: Mapping[str, np.ndarray]
+    tools: Sequence[PlacedTool] = ()
+    frame: int = -1
+
+    def __repr__(self) -> str:
+        return show.text(self)
+
+    def _repr_html_(self) -> str:
+        return show.html(self)
+
+    def plot(self) -> Figure:
+        """Draw forces and travel, shear, and energies over time; a matplotlib figure."""
+        return show.plot(self)
+
+    def picture(
+        self, field: str = "shear", ply: str | None = None, *, tools: bool = False
+    ) -> Figure:
+        """Draw the formed plies side by side; a matplotlib figure.
+
+        Args:
+            field: what to colour by, as for ``warpdrape picture --field``.
+            ply: name of the one to draw; all of them if None.
+            tools: draw the tools, translucent.
+        """
+        plies = self.plies if ply is None else [self.ply(ply)]
+        return show.picture(self, plies, field, tools=tools)
+
+    def to_pyvista(self) -> MultiBlock:
+        """Return plies and tools as a PyVista ``MultiBlock``, every field an array with its unit.
+
+        Raises:
+            InputError: if PyVista is not installed.
+        """
+        from warpdrape.results.pyvista_mesh import blocks
+
+        return blocks(self.plies, self.tools)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time of the plies shown [s]."""
+        return float(self.history["time_s"][self.frame])
 
     @property
     def completed(self) -> bool:
@@ -136,6 +241,19 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
             FormedPly(ply.name, ply.rest_points, points, triangles, warp, weft, shear, **fields)
         )
     return tuple(formed)
+
+
+def place_tools(scene: Setup, shift: np.ndarray) -> tuple[PlacedTool, ...]:
+    """Tools where they have come to.
+
+    Args:
+        scene: the scene.
+        shift: their translations [m], shape [tool, 3].
+    """
+    return tuple(
+        PlacedTool(tool.name, tool.vertices + way, tool.triangles)
+        for tool, way in zip(scene.tools, shift, strict=True)
+    )
 
 
 def _pressures(model: Model, x: np.ndarray, measured: Sequence[Measured]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ import json
 import math
 import os
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -25,6 +26,8 @@ RUN = "run.json"
 COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
 CHECKPOINT = "checkpoint.npz"
+EXPORTS = "export"
+"""Folder in it that takes what is exported from the run where no other place is given."""
 RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
@@ -141,13 +144,19 @@ class RunFolder:
         """Make the folder and remove the results of the run before; done once, and by any write."""
         if self._begun:
             return
+        replaced = False
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             for file in self._old_files():
                 file.unlink()
+                replaced = True
         except OSError as error:
             raise _unprepared(self.path, error) from error
         self._begun = True
+        if replaced and (self.path / EXPORTS).is_dir():
+            warnings.warn(
+                f"{self.path / EXPORTS} holds exports of the run before: export again", stacklevel=2
+            )
 
     def write_json(self, name: str, data: Mapping[str, Any]) -> Path:
         """Write ``data`` as the file ``name``, replacing it in one move; return its path.

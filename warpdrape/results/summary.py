@@ -10,12 +10,17 @@ import numpy as np
 
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.contact.compaction import too_hard
-from warpdrape.dynamics.loading import Loading
+from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
 from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.draw_in import draw_in
-from warpdrape.results.quasi_static import mean_while_loaded, quasi_static
+from warpdrape.results.quasi_static import (
+    LEAST_LOADED,
+    mean_while_loaded,
+    quasi_static,
+    was_loaded,
+)
 from warpdrape.results.result import FormedPly
 
 ENERGY_WARNING = 0.02
@@ -26,10 +31,15 @@ PENETRATION_WARNING = 0.5
 """Penetration over a ply's thickness above which a run warns [-]."""
 
 
-def energy_error(history: Mapping[str, np.ndarray]) -> float:
-    """Largest unbalanced energy over the largest energy of the run [-]."""
+def energy_error(history: Mapping[str, np.ndarray], least: float = 0.0) -> float:
+    """Largest unbalanced energy over the largest energy of the run [-].
+
+    Args:
+        history: columns over the frames.
+        least: energy [J] below which the largest is nothing but rounding.
+    """
     names = ("kinetic_j", "internal_j", "friction_j", "damping_j", "external_work_j")
-    largest = max(np.abs(history[name]).max() for name in names)
+    largest = max(least, *(np.abs(history[name]).max() for name in names))
     return float(np.abs(history["unbalanced_j"]).max() / largest) if largest > 0.0 else 0.0
 
 
@@ -63,7 +73,9 @@ def summarise(
         steps: steps done.
         wall: time they took [s].
     """
-    error = max(energy_error(history), grown if np.isfinite(grown) else 0.0)
+    reference = reference_energy(model.scene.plies)
+    error = energy_error(history, LEAST_LOADED * reference)
+    error = max(error, grown if np.isfinite(grown) else 0.0)
     end, mean, calm = quasi_static(history)
     if not failure and error > ENERGY_FAILURE:
         failure = (
@@ -77,7 +89,10 @@ def summarise(
     if squeezed and not failure:
         warnings.append(squeezed)
     warnings += untouched(model, history, loose)
-    if not calm and not failure and not loose:
+    loaded = was_loaded(history, reference)
+    if not failure and not loaded and not loose:
+        warnings.append(nothing_loaded(history, LEAST_LOADED * reference))
+    if not failure and loaded and not calm and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = met_in_contact(measured)
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
@@ -94,7 +109,7 @@ def summarise(
         warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
     return {
         "status": "failed" if failure else "completed",
-        "message": failure or "; ".join(warnings) or "completed",
+        "message": closing_words(failure, warnings),
         "warnings": warnings,
         "steps": steps,
         "time_step_s": model.timing.time_step,
@@ -106,7 +121,8 @@ def summarise(
         "energy_error": error,
         "kinetic_ratio": end,
         "kinetic_ratio_loaded": mean,
-        "quasi_static": calm,
+        "quasi_static": calm and loaded,
+        "loaded": loaded,
         "max_penetration_m": float(deepest),
         "mass_kg": float(model.masses.mass.sum()),
         "added_mass_kg": added,
@@ -122,6 +138,33 @@ def summarise(
         "self_contact": contacts.get("self_contact", []),
         "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
     }
+
+
+def closing_words(failure: str, warnings: Sequence[str]) -> str:
+    """What ``message`` says: why a run failed, or else what to look at, or that all went well."""
+    return failure or "; ".join(warnings) or "completed"
+
+
+def add_warning(summary: dict[str, Any], what: str, error: Exception) -> None:
+    """Add what went wrong after a run was computed to its warnings and its message."""
+    words = " ".join(str(error).split())
+    summary["warnings"].append(f"{what}: {type(error).__name__}: {words}")
+    if summary["status"] == "completed":
+        summary["message"] = closing_words("", summary["warnings"])
+
+
+def nothing_loaded(history: Mapping[str, np.ndarray], least: float) -> str:
+    """Warning of a run in which no ply was deformed in its plane or bent, which no duration mends.
+
+    Args:
+        history: columns over the frames.
+        least: energy [J] that counts as none.
+    """
+    stored = f"the plies stored at most {history['internal_j'].max():.2g} J"
+    unknown = "so it cannot be said whether the run was quasi-static"
+    if np.abs(history["contact_j"]).max() > least:
+        return f"plies were pressed but not stretched, sheared or bent: {stored}, {unknown}"
+    return f"nothing was loaded: {stored}, {unknown}; let tools, clamps or gravity act on them"
 
 
 def passed_through(model: Model, contacts: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:

@@ -32,9 +32,9 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
         summary: as in ``summary.json``.
         folder: the run folder.
     """
-    parts = [_verdict(summary), _plies(summary["plies"])]
+    parts = [verdict(summary), _table(ply_rows(summary["plies"]))]
     if summary["tools"]:
-        parts.append(_tools(summary["tools"]))
+        parts.append(_table(tool_rows(summary["tools"])))
     if summary["interfaces"]:
         parts.append(_interfaces(summary["interfaces"]))
     parts.append(_quality(summary))
@@ -48,7 +48,8 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     return "\n\n".join(parts)
 
 
-def _verdict(summary: Mapping[str, Any]) -> str:
+def verdict(summary: Mapping[str, Any]) -> str:
+    """How a run ended, in a line."""
     took = f"{summary['steps']:,} steps, {summary['triangles']:,} triangles"
     took += f", {_time(summary['wall_s'])}"
     if summary["status"] == "completed":
@@ -59,7 +60,8 @@ def _verdict(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
+def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """Rows of a table of the plies, its head first."""
     rows = [
         (
             "ply",
@@ -86,10 +88,11 @@ def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
                 *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
             )
         )
-    return _table(rows)
+    return rows
 
 
-def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
+def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """Rows of a table of the tools, its head first."""
     rows = [("tool", "moved", "force: end", "largest", "deepest in a ply")]
     for tool in tools:
         rows.append(
@@ -101,7 +104,7 @@ def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
                 f"{1e3 * tool['max_penetration_m']:.3f} mm",
             )
         )
-    return _table(rows)
+    return rows
 
 
 def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
@@ -121,9 +124,10 @@ def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
 
 def _quality(summary: Mapping[str, Any]) -> str:
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
+    ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [
         f"energy error {100 * summary['energy_error']:.3g} %",
-        f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}",
+        ratio if summary["loaded"] else "no ply was stretched, sheared or bent",
         f"deepest penetration {1e3 * summary['max_penetration_m']:.3f} mm",
     ]
     if summary["added_mass_kg"] > 0.0:

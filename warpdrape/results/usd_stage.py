@@ -40,6 +40,7 @@ _PRIMVARS = {  # field of PlyFrame: (name, type, what the file says about it)
     "warp_tension": ("warpTension", _FLOATS, "warp tension [N per metre of width]"),
     "weft_tension": ("weftTension", _FLOATS, "weft tension [N per metre of width]"),
 }
+TRIANGLE_PRIMVARS = _PRIMVARS
 VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
     "warp_curvature": (
         "warpCurvature",

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdrape.errors import InputError, finite, numbers, positive, said
 from warpdrape.tools.over_time import table_over_time, through
+from warpdrape.wording import brief
 
 SAMPLES = 2001
 """Times at which a motion is asked for its largest speed and way."""
@@ -52,6 +53,8 @@ def smooth_ramp(u: np.ndarray, ramp: float, brake: float) -> np.ndarray:
 class Still:
     """No motion."""
 
+    __repr__ = brief
+
     def displacement(self, time: np.ndarray) -> np.ndarray:
         """Zero [m] at any time, shape [..., 3]."""
         return np.zeros((*np.shape(time), 3))
@@ -79,6 +82,8 @@ class Stroke:
     start: float = 0.0
     ramp: float = 0.3
     brake: float | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", vector("travel", self.travel))
@@ -184,6 +189,8 @@ class Path:
     times: Sequence[float]
     positions: Sequence[Sequence[float]]
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         times = numbers("path times", self.times)
         positions = numbers("path positions", self.positions)
@@ -256,6 +263,8 @@ class Float:
     mass: float = 0.5
     ramp: float = 2e-3
     damping: float | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if isinstance(self.force, list | tuple | np.ndarray):

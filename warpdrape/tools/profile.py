@@ -15,6 +15,7 @@ import trimesh
 
 from warpdrape.errors import InputError, finite, said
 from warpdrape.errors import length as size
+from warpdrape.wording import surface
 
 FACET_ANGLE = math.radians(6.0)
 """Largest turn of an arc per facet [rad]."""
@@ -82,6 +83,9 @@ class Surface:
     mesh: trimesh.Trimesh
     normals: np.ndarray
     exact: bool
+
+    def __repr__(self) -> str:
+        return f"Surface: {surface(self.mesh.vertices, self.mesh.faces, 'facets')}"
 
 
 def revolve(

@@ -16,6 +16,7 @@ from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.tools.motion import Motion, Still, vector
 from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
+from warpdrape.wording import heading, surface
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,6 +35,11 @@ class Tool:
     surface: Surface
     motion: Motion = field(default_factory=Still)
     friction: float | Friction | None = None
+
+    def __repr__(self) -> str:
+        rubs = "the scene's" if self.friction is None else f"{self.friction:g}"
+        shape = surface(self.vertices, self.triangles, "facets")
+        return f"{heading(self)}: {shape}; {self.motion!r}; friction {rubs}"
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():

@@ -68,12 +68,12 @@ def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
         raise InputError(f"tool {name!r}: no mesh file {os.fspath(source)!r}")
     try:
         mesh = trimesh.load(source, force="mesh", process=False)
-        if len(mesh.faces) == 0:
-            raise ValueError("its mesh has no facets")
-        return mesh
+        if len(mesh.faces) == 0:  # also of bytes that a package for encodings made letters of
+            raise ValueError("it holds no facets")
     except Exception as error:  # trimesh raises whatever its readers raise
         why = why_unreadable(source, error)
         raise InputError(f"tool {name!r}: cannot read {os.fspath(source)!r}: {why}") from None
+    return mesh
 
 
 def creased_normals(mesh: trimesh.Trimesh) -> np.ndarray:

@@ -1,0 +1,457 @@
+"""Exports, each read back by another hand than wrote it."""
+
+import base64
+import csv
+import io
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import trimesh
+
+import warpdrape as wd
+from warpdrape import cli
+from warpdrape.exports.export import export
+from warpdrape.exports.formats import FORMATS
+from warpdrape.exports.inp import LAYERS, MATERIAL, shell_of, write_model
+from warpdrape.exports.pattern import patterns_of
+from warpdrape.exports.vtkhdf import _arrays
+from warpdrape.results.fields import fields_of
+from warpdrape.results.result import FormedPly
+from warpdrape.results.run_folder import RunFolder
+
+SINGLE = {"rtol": 1e-6, "atol": 1e-12}
+
+
+def flat_ply(points, triangles, warp_deg=0.0, weft_deg=90.0):
+    """A flat ply with yarns at two angles, as if it had just been laid down."""
+    m = len(triangles)
+    along = [(np.cos(a), np.sin(a), 0.0) for a in np.radians([warp_deg, weft_deg])]
+    warp, weft = (np.tile(direction, (m, 1)) for direction in along)
+    none = np.zeros(m)
+    pairs = np.zeros((m, 2))
+    return FormedPly("p", points, points, np.asarray(triangles), warp, weft, none, pairs, pairs)
+
+
+# VTK
+
+
+def vtp(path):
+    """Number arrays of a .vtp by place and name: inline base64 of zlib blocks."""
+    root = ElementTree.parse(path).getroot()
+    assert root.get("compressor") == "vtkZLibDataCompressor"
+    kinds = {"Float64": "f8", "Float32": "f4", "Int64": "i8", "Int32": "i4", "UInt8": "u1"}
+    word = {"UInt32": "I", "UInt64": "Q"}[root.get("header_type")]
+    found = {}
+    for place in root.iter():
+        for array in place.findall("DataArray"):
+            text, size = "".join(array.text.split()), struct.calcsize(word)
+            head = 4 * -(-3 * size // 3)
+            (blocks,) = struct.unpack(word, base64.b64decode(text[:head])[:size])
+            head = 4 * -(-(3 + blocks) * size // 3)
+            sizes = struct.unpack(f"{3 + blocks}{word}", base64.b64decode(text[:head]))[3:]
+            data, raw, at = base64.b64decode(text[head:]), b"", 0
+            for length in sizes:
+                raw += zlib.decompress(data[at : at + length])
+                at += length
+            values = np.frombuffer(raw, kinds[array.get("type")])
+            width = int(array.get("NumberOfComponents", 1))
+            found[place.tag, array.get("Name")] = values.reshape(-1, width).squeeze()
+    return found
+
+
+def listed(path):
+    """Times, names and files of a .pvd."""
+    entries = ElementTree.parse(path).getroot().findall("Collection/DataSet")
+    times = [float(entry.get("timestep")) for entry in entries]
+    return times, *([entry.get(key) for entry in entries] for key in ("name", "file"))
+
+
+def test_vtk_lists_every_ply_and_tool_at_every_frame(pressed, tmp_path):
+    pytest.importorskip("pyvista")
+    result, folder = pressed
+    out = export(folder, "vtk", tmp_path / "a" / "film.pvd")
+    times, names, files = listed(out)
+    assert times == np.repeat(result.history["time_s"], 3).tolist()
+    assert names == 5 * ["ply_0", "ply_1", "ply_2"]
+    tool_times, tools, tool_files = listed(out.with_name("film_tools.pvd"))
+    assert tool_times == times and tools == 5 * ["punch", "die", "holder"]
+    assert len(set(tool_files[0::3])) == 5
+    assert len(set(tool_files[1::3])) == 1  # stands still
+    for frame in (2, 4):
+        read = wd.read_run(folder, frame=frame)
+        for k, ply in enumerate(read.plies):
+            arrays = vtp(out.parent / files[3 * frame + k])
+            np.testing.assert_array_equal(arrays["Points", "Points"], ply.points)
+            corners = arrays["Polys", "connectivity"].reshape(-1, 3)
+            np.testing.assert_array_equal(corners, ply.triangles)
+            np.testing.assert_array_equal(arrays["PointData", "rest_points_m"], ply.rest_points)
+            for field, values in fields_of(ply).items():
+                place = "PointData" if field.at_vertices else "CellData"
+                np.testing.assert_array_equal(arrays[place, field.column], values)
+        punch = vtp(out.parent / tool_files[3 * frame])
+        np.testing.assert_array_equal(punch["Points", "Points"], read.tools[0].vertices)
+    assert not list(out.parent.glob(".*"))
+
+
+def test_vtkhdf_moves_with_time_in_another_library(pressed, tmp_path):
+    vtk = pytest.importorskip("vtk")
+    pytest.importorskip("h5py")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    result, folder = pressed
+    out = export(folder, "vtkhdf", tmp_path / "film.vtkhdf")
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(out))
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    np.testing.assert_array_equal(times, result.history["time_s"])
+    for frame in (0, 3, 4):
+        reader.UpdateTimeStep(times[frame])
+        surface, plies = reader.GetOutput(), wd.read_run(folder, frame=frame).plies
+        points = np.concatenate([ply.points for ply in plies])
+        np.testing.assert_allclose(vtk_to_numpy(surface.GetPoints().GetData()), points, **SINGLE)
+        assert surface.GetNumberOfCells() == 3 * 144
+        number = vtk_to_numpy(surface.GetCellData().GetArray("ply"))
+        assert number.tolist() == np.repeat([0, 1, 2], 144).tolist()
+        corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        np.testing.assert_array_equal(corners[144:288] - len(plies[0].points), plies[1].triangles)
+        for field in fields_of(plies[0]):
+            data = surface.GetPointData() if field.at_vertices else surface.GetCellData()
+            values = np.concatenate([fields_of(ply)[field] for ply in plies])
+            read = vtk_to_numpy(data.GetArray(field.column))
+            np.testing.assert_allclose(read, values, **SINGLE, err_msg=field.name)
+
+
+def test_a_ply_without_a_quantity_has_nan_beside_others(pressed):
+    low, high = pressed[0].plies[:2]
+    arrays = _arrays([replace(low, curvature=None), high])
+    values = arrays["PointData/weft_curvature_per_m"]
+    assert np.isnan(values[: len(low.points)]).all()
+    np.testing.assert_array_equal(values[len(low.points) :], high.curvature[:, 1])
+
+
+# tables
+
+
+def expected(ply, frame):
+    """Some columns of a ply, computed anew."""
+    a, b, c = (ply.points[ply.triangles[:, k]] for k in range(3))
+    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    half = 0.5 * sum(sides)  # Heron
+    area = np.sqrt(half * np.prod([half - side for side in sides], axis=0))
+    return {
+        "frame": np.full(len(a), frame),
+        "triangle": np.arange(len(a)),
+        "centre_z_m": (a + b + c)[:, 2] / 3.0,
+        "rest_centre_x_m": ply.rest_points[ply.triangles, 0].mean(axis=1),
+        "area_m2": area,
+        "warp_y": ply.warp[:, 1],
+        "shear_angle_deg": ply.shear_angle_deg,
+        "weft_strain": ply.strain[:, 1],
+        "warp_tension_n_per_m": ply.line_tension[:, 0],
+        "weft_curvature_per_m": ply.curvature[ply.triangles, 1].mean(axis=1),
+        "slip_x_m": ply.slip[ply.triangles, 0].mean(axis=1),
+        "tool_pressure_pa": ply.tool_pressure[ply.triangles].mean(axis=1),
+    }
+
+
+def check_table(columns, folder, frames):
+    """Hold a table, its columns as lists, against the run."""
+    start = 0
+    for frame in frames:
+        for ply in wd.read_run(folder, frame=frame).plies:
+            rows = slice(start, start + len(ply.triangles))
+            assert set(columns["ply"][rows]) == {ply.name}
+            for name, values in expected(ply, frame).items():
+                read = np.array(columns[name][rows], float)
+                np.testing.assert_allclose(read, values, rtol=1e-8, atol=1e-12, err_msg=name)
+            start = rows.stop
+    assert len(columns["ply"]) == start
+    count = sum(3 if field.vector else 1 for field in fields_of(ply))
+    assert len(columns) == 11 + count
+
+
+def test_csv_has_a_row_a_triangle(pressed, tmp_path):
+    folder = pressed[1]
+    for frame, frames in ((None, [4]), ("all", range(5)), (-4, [1])):
+        out = export(folder, "csv", tmp_path / "t.csv", frame=frame, overwrite=True)
+        with out.open(encoding="utf-8") as file:
+            names, *rows = csv.reader(file)
+        check_table(dict(zip(names, zip(*rows, strict=True), strict=True)), folder, frames)
+
+
+def test_parquet_is_read_by_another_library(pressed, tmp_path):
+    pytest.importorskip("pyarrow")
+    duckdb = pytest.importorskip("duckdb")
+    out = export(pressed[1], "parquet", tmp_path / "t.parquet")
+    table = duckdb.read_parquet(str(out)).fetchnumpy()
+    check_table({name: list(values) for name, values in table.items()}, pressed[1], [4])
+
+
+def test_npz_needs_no_pickle(pressed, tmp_path):
+    out = export(pressed[1], "npz", tmp_path / "t.npz", frame=2)
+    with np.load(out, allow_pickle=False) as table:
+        check_table(dict(table), pressed[1], [2])
+
+
+def test_what_a_ply_lacks_is_left_empty(pressed):
+    from warpdrape.exports.table import _joined, _rows, _text
+
+    low, high = pressed[0].plies[:2]
+    columns = _joined([_rows(replace(low, curvature=None)), _rows(high)])
+    assert list(columns) == list(_rows(high))
+    assert _text(columns["warp_curvature_per_m"].tolist()[0]) == ""
+    assert _text(columns["warp_curvature_per_m"].tolist()[-1]) != ""
+
+
+# decks
+
+
+def keywords(deck):
+    """Lines below each keyword line of a deck."""
+    found, lines = [], None
+    for line in deck.splitlines():
+        if line.startswith("**"):
+            continue
+        if line.startswith("*"):
+            lines = []
+            found.append((line, lines))
+        else:
+            lines.append([entry.strip() for entry in line.split(",")])
+    return found
+
+
+def test_deck_has_the_plies_with_their_own_yarns(pressed, tmp_path):
+    deck = export(pressed[1], "inp", tmp_path / "d.inp").read_text("ascii")
+    found = keywords(deck)
+    elements = [
+        [[int(number) for number in row] for row in rows]
+        for line, rows in found
+        if line.startswith("*ELEMENT,")
+    ]
+    nodes = {
+        int(row[0]): np.array(row[1:], float)
+        for line, rows in found
+        if line == "*NODE"
+        for row in rows
+    }
+    given = {line.partition("NAME=")[2].split(",")[0]: rows for line, rows in found}
+    sections = {
+        line.split("ELSET=E_")[1].split(",")[0]: rows for line, rows in found if "SECTION" in line
+    }
+    plies = wd.read_run(pressed[1]).plies
+    assert [line.split("ELSET=")[1] for line, _ in found if line.startswith("*ELEMENT,")] == [
+        "PLY_0", "PLY_1", "PLY_2",
+    ]  # fmt: skip
+    for ply, rows in zip(plies, elements, strict=True):
+        volume = 0.0
+        for k, (number, *corners) in enumerate(rows):
+            places = np.array([nodes[corner] for corner in corners])
+            np.testing.assert_allclose(places[:3], ply.points[ply.triangles[k]], **SINGLE)
+            middles = 0.5 * (places[:3] + places[[1, 2, 0]])
+            np.testing.assert_allclose(places[3:], middles, rtol=1e-6, atol=1e-9)
+            for family, along in (("WARP", ply.warp[k]), ("WEFT", ply.weft[k])):
+                (axes,) = given[f"{family}_{number}"]
+                np.testing.assert_allclose(np.array(axes[:3], float), along, **SINGLE)
+            layers = sections[str(number)]
+            assert [layer[3] for layer in layers] == [f"{f}_{number}" for f, _ in LAYERS]
+            normal = np.cross(places[1] - places[0], places[2] - places[0])
+            volume += 0.5 * np.linalg.norm(normal) * sum(float(layer[0]) for layer in layers)
+        assert volume == pytest.approx(6e-4 * 0.3**2, rel=1e-6)  # that of the flat ply
+    assert len(nodes) == sum(len(shell_of(ply, 6e-4).nodes) for ply in plies)
+
+
+def test_deck_is_read_by_another_library(pressed, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    deck = export(pressed[1], "inp", tmp_path / "d.inp").read_text("ascii")
+    (tmp_path / "e.inp").write_text(deck.replace("TYPE=S6", "TYPE=STRI65"))
+    mesh = meshio.read(tmp_path / "e.inp")
+    assert [(block.type, len(block.data)) for block in mesh.cells] == 3 * [("triangle6", 144)]
+    np.testing.assert_allclose(mesh.points[:85], wd.read_run(pressed[1]).plies[0].points, **SINGLE)
+
+
+def solve(deck, folder):
+    """Reactions [N] by node that CalculiX finds."""
+    (folder / "job.inp").write_text(deck, encoding="ascii")
+    done = subprocess.run(["ccx", "job"], cwd=folder, capture_output=True, text=True, check=False)
+    assert "ERROR" not in done.stdout, done.stdout
+    rows = [line.split() for line in (folder / "job.dat").read_text().splitlines()]
+    return {int(row[0]): np.array(row[1:], float) for row in rows if len(row) == 4}
+
+
+def stiffness_in_plane(angle):
+    """Plane-stress stiffness [Pa] of a layer with its fibres at an angle [rad] to x."""
+    e1, e2, _, nu12, _, _, g12, _, _ = MATERIAL
+    nu21 = nu12 * e2 / e1
+    own = np.array([[e1, nu12 * e2, 0.0], [nu12 * e2, e2, 0.0], [0.0, 0.0, g12]])
+    own[:2] /= 1.0 - nu12 * nu21
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, 1]])
+    turn[2, 2] = c * c - s * s
+    return turn.T @ own @ turn
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+@pytest.mark.parametrize("angles", [(0.0, 90.0), (20.0, 80.0), (45.0, -15.0)])
+def test_calculix_sees_both_yarn_families_where_they_lie(angles, tmp_path):
+    """Line forces of a strained sheet against laminate theory, yarns at any angle.
+
+    The sheet's border is moved as a uniform strain says; the mean line force is Σ F ⊗ x over the
+    area. Nodes are held in z, which the middle layer's Poisson contraction hardly feels: 5·10⁻⁴ of
+    the largest.
+    """
+    thickness, area = 6e-4, 0.1 * 0.08
+    flat = wd.Ply.rectangle("p", "carbon_interlock", 0.1, 0.08, cells=3, mesh="random")
+    shell = shell_of(flat_ply(flat.rest_points, flat.mesh.triangles, *angles), thickness)
+    strain = np.array([1e-3, -4e-4, 6e-4])
+    gradient = np.array([[strain[0], 0.5 * strain[2]], [0.5 * strain[2], strain[1]]])
+    file = io.StringIO()
+    write_model(file, [shell])
+    file.write("*BOUNDARY\nN_P, 3, 3\n")
+    for node in shell.edge:
+        for axis, moved in enumerate(gradient @ shell.nodes[node, :2], 1):
+            file.write(f"{node + 1}, {axis}, {axis}, {moved:.9g}\n")
+    file.write("*STEP\n*STATIC\n*NODE PRINT, NSET=EDGE_P\nRF\n*END STEP\n")
+    reactions = solve("*HEADING\nsheet\n" + file.getvalue(), tmp_path)
+    forces = sum(np.outer(f[:2], shell.nodes[n - 1, :2]) for n, f in reactions.items()) / area
+    turned = dict(zip(("WARP", "WEFT"), np.radians(angles), strict=True))
+    exact = thickness * sum(share * stiffness_in_plane(turned[f]) for f, share in LAYERS) @ strain
+    found = np.array([forces[0, 0], forces[1, 1], forces[0, 1]])
+    np.testing.assert_allclose(found, exact, atol=5e-4 * np.abs(exact).max())
+    assert np.abs(exact).min() > 0.02 * np.abs(exact).max()
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+def test_the_example_in_the_deck_runs_and_the_plies_have_their_volume(pressed, tmp_path):
+    """Volumes are those of the flat plies; CalculiX prints seven digits."""
+    deck = export(pressed[1], "inp", tmp_path / "d.inp").read_text("ascii")
+    wanted = "*EL PRINT, ELSET=PLY_{}, TOTALS=ONLY\nEVOL\n"
+    wanted = "".join(wanted.format(k) for k in range(3)) + "*NODE PRINT, NSET=N_PLY_1\nU\n"
+    moved = solve(deck.replace("*END STEP", wanted + "*END STEP"), tmp_path)
+    said = (tmp_path / "job.dat").read_text()
+    volumes = [float(x) for x in re.findall(r"total volume[^\n]*\n\s*([\d.E+-]+)\s*\n", said)]
+    np.testing.assert_allclose(volumes, 3 * [6e-4 * 0.3**2], rtol=1e-6)
+    sag = -min(way[2] for way in moved.values())
+    assert 1e-8 < sag < 1e-3
+
+
+# patterns
+
+
+def area_of(loop):
+    x, y = np.asarray(loop, float).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def test_dxf_has_the_blanks_in_millimetres_with_their_axes(pressed, tmp_path):
+    pytest.importorskip("ezdxf")
+    drawing = trimesh.load_path(export(pressed[1], "dxf", tmp_path / "p.dxf"))
+    assert drawing.units == "millimeters"
+    of = {str(entity.layer): drawing.vertices[entity.points] for entity in drawing.entities}
+    for k in range(3):
+        assert abs(area_of(of[f"BLANK_PLY_{k}".upper()][:-1])) == pytest.approx(9e4, rel=1e-6)
+        axes = [of[f"{family}_PLY_{k}"] for family in ("WARP", "WEFT")]
+        x, y = axes[0][1] - axes[0][0]
+        assert np.degrees(np.arctan2(y, x)) % 180.0 == pytest.approx((45, 0, 45)[k], abs=1e-3)
+        assert (axes[0][1] - axes[0][0]) @ (axes[1][1] - axes[1][0]) == pytest.approx(0, abs=0.1)
+
+
+def test_svg_has_them_side_by_side(pressed, tmp_path):
+    out = export(pressed[1], "svg", tmp_path / "p.svg")
+    svg = "{http://www.w3.org/2000/svg}"
+    root = ElementTree.parse(out).getroot()
+    low = -1.0
+    for group, name in zip(root.findall(f"{svg}g"), ("ply_0", "ply_1", "ply_2"), strict=True):
+        assert group.get("id") == name
+        text = group.find(f"{svg}polygon").get("points")
+        loop = [[float(x) for x in pair.split(",")] for pair in text.split()]
+        assert abs(area_of(loop)) == pytest.approx(9e4) and len(loop) == 4
+        left = min(x for x, _ in loop)
+        assert left > low
+        low = max(x for x, _ in loop)
+    assert re.fullmatch(r"[\d.]+mm", root.get("width"))
+
+
+def test_outlines_keep_corners_holes_and_curves_and_nothing_else():
+    hole = [(-0.02, -0.02), (0.03, -0.02), (0.03, 0.01), (-0.02, 0.01)]
+    frame = [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.05), (0.0, 0.1), (-0.1, 0.05)]
+    ply = wd.Ply.polygon("p", "carbon_interlock", frame, holes=[hole], edge=0.012, mesh="random")
+    (pattern,) = patterns_of([flat_ply(ply.rest_points, ply.mesh.triangles, 30.0, 120.0)])
+    outer, inner = sorted(pattern.loops, key=len, reverse=True)
+    assert len(outer) == 5 and len(inner) == 4
+    assert area_of(outer) == pytest.approx(1e6 * (0.2 * 0.15 + 0.5 * 0.2 * 0.05))
+    assert area_of(inner) == pytest.approx(-1e6 * 0.05 * 0.03)
+    assert pattern.angle == pytest.approx(30.0, abs=1e-3)
+    disc = wd.Ply.disc("d", "carbon_interlock", 0.1, edge=0.003, mesh="random")
+    (pattern,) = patterns_of([flat_ply(disc.rest_points, disc.mesh.triangles)])
+    assert area_of(pattern.loops[0]) == pytest.approx(1e6 * disc.mesh.areas.sum(), rel=1e-6)
+
+
+# what all have in common
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"to": "vkt"}, "unknown format 'vkt'; did you mean 'vtk'? known: csv, dxf, inp, npz"),
+        ({"to": "csv", "frame": 5}, "frame = 5 is out of range: the run has frames 0 to 4"),
+        ({"to": "csv", "frame": "last"}, "must be a whole number, or 'all'"),
+        ({"to": "inp", "frame": "all"}, "the format 'inp' holds one frame"),
+        ({"to": "csv", "out": "x.txt"}, "must end in .csv"),
+        ({"to": "csv", "out": "there.csv"}, "exists: give --overwrite"),
+        ({"to": "csv", "out": "there.csv/x.csv"}, "cannot be written"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(given, words, pressed, tmp_path):
+    (tmp_path / "there.csv").write_text("mine")
+    given = {"out": "a.csv"} | given
+    with pytest.raises(wd.InputError) as refused:
+        export(pressed[1], **given | {"out": tmp_path / given["out"]})
+    assert words in str(refused.value)
+    assert [f.name for f in tmp_path.iterdir()] == ["there.csv"]
+    assert (tmp_path / "there.csv").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("to", "package", "extra"),
+    [
+        ("vtk", "pyvista", "vtk"),
+        ("vtkhdf", "h5py", "vtk"),
+        ("parquet", "pyarrow.parquet", "tables"),
+        ("dxf", "ezdxf", "dxf"),
+    ],
+)
+def test_a_missing_package_is_named_with_its_extra(
+    to, package, extra, pressed, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(wd.InputError, match=rf"pip install 'warpdrape\[{extra}\]'"):
+        export(pressed[1], to, tmp_path / FORMATS[to].file)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_writes_into_the_run_folder(pressed, tmp_path, capsys):
+    run = shutil.copytree(pressed[1], tmp_path / "run")
+    assert cli.main(["export", str(run), "--to", "csv", "--frame", "-2"]) == 0
+    written = run / "export" / "triangles.csv"
+    assert capsys.readouterr().out == f"{written}\n"
+    assert written.read_text("utf-8").splitlines()[1].startswith("3,")
+    assert cli.main(["export", str(run), "--to", "csv"]) == 2
+    assert cli.main(["export", str(run), "--to", "csv", "--overwrite"]) == 0
+    assert written.read_text("utf-8").splitlines()[1].startswith("4,")
+    assert cli.main(["export", str(run), "--to", "csv", "--frame", "x", "--overwrite"]) == 2
+    assert "--frame x must be a whole number" in capsys.readouterr().err
+    assert wd.read_run(run).completed  # the run is as it was
+    assert [f for f in Path(run, "export").iterdir()] == [written]
+    with pytest.warns(UserWarning, match="holds exports of the run before: export again"):
+        RunFolder(run, overwrite=True).begin()
+    assert written.is_file()

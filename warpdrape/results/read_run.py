@@ -1,0 +1,269 @@
+"""A run folder read back: the `Result` that the run returned, at any of its frames.
+
+Plies and tools come from ``scene.usdc``, which holds single precision: seven digits, so that a
+point of a ply a metre wide is off by 0.06 µm at most. History and summary are exact. Nothing in the
+folder is executed, and no file outside it is opened.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Tf, Usd, UsdGeom
+
+from warpdrape.errors import InputError
+from warpdrape.results.fields import FIELDS
+from warpdrape.results.result import FormedPly, PlacedTool, Result
+from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY, partial_path
+from warpdrape.results.usd import PlyFrame
+
+_AGAIN = "run the scene again"
+
+
+def read_run(folder: str | os.PathLike[str], *, frame: int = -1) -> Result:
+    """Read a run folder.
+
+    Args:
+        folder: the run folder.
+        frame: frame of plies and tools; negative ones count from the end. Summary and history are
+            those of the whole run.
+
+    Returns:
+        What the run returned, in the single precision of the USD file.
+
+    Raises:
+        InputError: if the folder is none, unfinished or damaged, or has no such frame.
+    """
+    return RunReader(folder).result(frame)
+
+
+class RunReader:
+    """A run folder that is opened once and read at several frames.
+
+    Attributes:
+        folder: the run folder.
+        summary: as in ``summary.json``.
+        history: column name → values over the frames.
+        frames: how many there are.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        """Open a folder; raise `InputError` if it is none, unfinished or damaged."""
+        self.folder = Path(folder)
+        _check_whole(self.folder)
+        self.summary = _read_summary(self.folder / SUMMARY)
+        self._stage = _open(self.folder / SCENE)
+        self.history = _read_history(self.folder / HISTORY)
+        with self._damage_named():
+            self._plies, self._tools = self._meshes("plies"), self._meshes("tools")
+            self._check_plies()
+            self._times = self._plies[0].GetPointsAttr().GetTimeSamples()
+        self.frames = len(self.history["time_s"])
+        if len(self._times) != self.frames:
+            raise InputError(
+                f"run folder {self.folder}: {SCENE} has {len(self._times)} frames and {HISTORY} "
+                f"{self.frames}: the files are of different runs, or damaged; {_AGAIN}"
+            )
+
+    def ply_thicknesses(self) -> list[float]:
+        """Thickness of every ply's fabric [m], from the record of the run.
+
+        Raises:
+            InputError: if ``run.json`` is missing or damaged.
+        """
+        if not (self.folder / RUN).is_file():
+            raise InputError(f"run folder {self.folder} holds no {RUN}: {_AGAIN}")
+        record = _load(self.folder / RUN)
+        try:
+            names = [ply["fabric"] for ply in record["plies"]]
+            found = [float(record["fabrics"][name]["thickness"]) for name in names]
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{self.folder / RUN} has no thickness of the plies: it is damaged; {_AGAIN}"
+            ) from error
+        if len(found) != len(self.summary["plies"]):
+            raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {_AGAIN}")
+        return found
+
+    def result(self, frame: int = -1) -> Result:
+        """Return the run at a frame; negative ones count from the end."""
+        if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
+            raise InputError(f"frame = {frame!r} must be a whole number")
+        if not -self.frames <= frame < self.frames:
+            raise InputError(
+                f"frame = {frame} is out of range: {self.folder} has frames 0 to {self.frames - 1}"
+            )
+        time = Usd.TimeCode(self._times[frame])
+        names = [ply["name"] for ply in self.summary["plies"]]
+        with self._damage_named():
+            plies = [self._ply(m, n, time) for m, n in zip(self._plies, names, strict=True)]
+            tools = [
+                self._tool(mesh, name, time)
+                for mesh, name in zip(self._tools, self._tool_names(), strict=True)
+            ]
+        at = int(frame) % self.frames
+        return Result(tuple(plies), self.summary, self.history, tuple(tools), at)
+
+    @contextmanager
+    def _damage_named(self) -> Iterator[None]:
+        """Turn what the USD library says of a damaged file into one sentence."""
+        try:
+            yield
+        except InputError:
+            raise
+        except (Tf.ErrorException, TypeError, ValueError) as error:
+            raise self._damaged("its values cannot be read") from error
+
+    def _meshes(self, folder: str) -> list[UsdGeom.Mesh]:
+        root = self._stage.GetPrimAtPath(f"/World/{folder}")
+        return [UsdGeom.Mesh(prim) for prim in root.GetChildren()] if root else []
+
+    def _tool_names(self) -> list[str]:
+        names = [tool["name"] for tool in self.summary["tools"]]
+        if len(names) != len(self._tools):
+            names = [mesh.GetPrim().GetName() for mesh in self._tools]
+        return names
+
+    def _check_plies(self) -> None:
+        """Raise `InputError` where the plies of the animation are not those of the summary."""
+        said = [ply["triangles"] for ply in self.summary["plies"]]
+        counts = [mesh.GetFaceVertexCountsAttr().Get() for mesh in self._plies]
+        found = [len(count) if count else 0 for count in counts]
+        if not found or said != found:
+            raise InputError(
+                f"run folder {self.folder}: {SCENE} has plies of {found} triangles and {SUMMARY} "
+                f"of {said}: the files are of different runs, or damaged; {_AGAIN}"
+            )
+
+    def _ply(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> FormedPly:
+        primvars = UsdGeom.PrimvarsAPI(mesh)
+        rest = self._array(primvars.GetPrimvar("restPoints").Get(), f"{name}: restPoints", None)
+        n = len(rest)
+        triangles = self._triangles(mesh, name, n)
+        values = {
+            field.name: self._array(
+                primvars.GetPrimvar(field.primvar).Get(time),
+                f"{name}: {field.primvar}",
+                field.shape(n, len(triangles)),
+            )
+            for field in FIELDS
+            if primvars.HasPrimvar(field.primvar)
+        }
+        missing = _ALWAYS - set(values)
+        if missing:
+            raise self._damaged(f"ply {name!r} lacks {', '.join(sorted(missing))}")
+        points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", (n, 3))
+        return FormedPly.from_frame(name, rest, triangles, PlyFrame(points=points, **values))
+
+    def _tool(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> PlacedTool:
+        points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", None)
+        matrix = np.array(mesh.ComputeLocalToWorldTransform(time), np.float64)
+        placed = points @ matrix[:3, :3] + matrix[3, :3]
+        return PlacedTool(name, placed, self._triangles(mesh, name, len(points)))
+
+    def _triangles(self, mesh: UsdGeom.Mesh, name: str, vertices: int) -> np.ndarray:
+        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int32)
+        if corners.ndim != 1 or corners.size % 3 or not corners.size:
+            raise self._damaged(f"{name!r} has no triangles")
+        if corners.min() < 0 or corners.max() >= vertices:
+            raise self._damaged(f"{name!r} has triangles of vertices that it lacks")
+        return corners.reshape(-1, 3)
+
+    def _array(self, values: Any, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
+        array = np.array([] if values is None else values, np.float64)
+        if shape is None:
+            shape = (len(array), 3)
+        if array.shape != shape or not array.size or not np.isfinite(array).all():
+            raise self._damaged(f"{what} has shape {array.shape}, not finite numbers of {shape}")
+        return array
+
+    def _damaged(self, what: str) -> InputError:
+        return InputError(f"run folder {self.folder}: {SCENE} is damaged: {what}; {_AGAIN}")
+
+
+_ALWAYS = {field.name for field in fields(PlyFrame) if field.default is MISSING} - {"points"}
+"""Quantities that every ply has."""
+
+
+def _check_whole(folder: Path) -> None:
+    """Raise `InputError` where a folder is none, or lacks a file of a finished run."""
+    if not folder.is_dir():
+        kind = "is a file" if folder.exists() else "does not exist"
+        raise InputError(f"run folder {folder} {kind}: give the folder of a finished run")
+    missing = [name for name in (SUMMARY, SCENE, HISTORY) if not (folder / name).is_file()]
+    if not missing:
+        return
+    if SUMMARY not in missing:
+        summary = _load(folder / SUMMARY)
+        if isinstance(summary, dict) and summary.get("status") == "failed":
+            raise InputError(
+                f"run folder {folder} holds no {missing[0]}, as the run failed: "
+                f"{summary.get('message')}"
+            )
+    if any(partial_path(folder / name).exists() for name in missing):
+        raise InputError(
+            f"run folder {folder} holds no {missing[0]} but an unfinished one: wait for the run, "
+            f"or, if it was cut off, {_AGAIN}"
+        )
+    raise InputError(f"run folder {folder} holds no {missing[0]}: give that of a finished run")
+
+
+def _load(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        words = " ".join(str(error).split())
+        raise InputError(f"{path} is not readable JSON ({words}): {_AGAIN}") from error
+
+
+def _read_summary(path: Path) -> dict[str, Any]:
+    summary = _load(path)
+    kinds = {"status": str, "message": str, "warnings": list, "plies": list, "tools": list}
+    kinds |= dict.fromkeys(("steps", "triangles", "wall_s", "simulated_s"), int | float)
+    if not isinstance(summary, dict):
+        raise InputError(f"{path} is no summary of a run: {_AGAIN}")
+    odd = [name for name, kind in kinds.items() if not isinstance(summary.get(name), kind)]
+    odd += [
+        f"plies[{k}]"
+        for k, ply in enumerate(summary["plies"] if "plies" not in odd else ())
+        if not isinstance(ply, dict) or not {"name", "triangles"} <= set(ply)
+    ]
+    if odd:
+        raise InputError(f"{path} has no usable {', '.join(odd)}: it is damaged; {_AGAIN}")
+    return summary
+
+
+def _read_history(path: Path) -> Mapping[str, np.ndarray]:
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            names, *rows = csv.reader(file)
+        table = np.array(rows, dtype=float).reshape(len(rows), len(names))
+    except (OSError, ValueError, csv.Error) as error:
+        words = " ".join(str(error).split())
+        raise InputError(f"{path} is no table of numbers ({words}): {_AGAIN}") from error
+    if "time_s" not in names or not len(table) or not np.isfinite(table).all():
+        raise InputError(f"{path} has no rows, no time_s, or numbers that are not finite: {_AGAIN}")
+    return dict(zip(names, table.T.copy(), strict=True))
+
+
+def _open(path: Path) -> Usd.Stage:
+    """Open a USD file that stands for itself; raise `InputError` where it is damaged or refers."""
+    try:
+        layer = Sdf.Layer.FindOrOpen(str(path))
+        others = layer.GetCompositionAssetDependencies() if layer else []
+        stage = Usd.Stage.Open(layer) if layer and not others else None
+    except Tf.ErrorException as error:
+        raise InputError(f"{path} is not a readable USD file: {_AGAIN}") from error
+    if others:
+        raise InputError(f"{path} refers to another file, {others[0]}, which no run does: {_AGAIN}")
+    if stage is None:
+        raise InputError(f"{path} is not a readable USD file: {_AGAIN}")
+    return stage
