@@ -1,0 +1,45 @@
+"""How far points are from a tool's curved surface, and on which side of it."""
+
+import warp as wp
+
+from ..contact.surface import CURVED, barycentric, bulge, to_single, weighted
+
+
+@wp.func
+def nearest_on_surface(corners: wp.mat33d, normals: wp.mat33d, at: wp.vec3d) -> wp.vec3d:
+    """Point of the curved surface over a facet that is nearest to ``at``, to second order."""
+    w = barycentric(corners[0], corners[1], corners[2], at)
+    flat = weighted(w, corners[0], corners[1], corners[2])
+    return flat + CURVED * bulge(corners, normals, w)
+
+
+@wp.kernel(enable_backward=False)
+def compute_tool_gaps(
+    mesh: wp.uint64,
+    corners: wp.array2d(dtype=wp.vec3d),
+    normals: wp.array2d(dtype=wp.vec3d),
+    points: wp.array(dtype=wp.vec3d),
+    farthest: float,
+    ways: wp.array(dtype=wp.vec3d),
+):
+    """Way from a tool's surface to each point; one thread a point.
+
+    Args:
+        mesh: query mesh of the tool.
+        corners: of its facets [m], shape [facet, 3].
+        normals: there, shape [facet, 3].
+        points: in the tool's frame [m], shape [point].
+        farthest: how far to look [m].
+        ways: from the nearest point of the surface [m], shape [point]; overwritten.
+    """
+    i = wp.tid()
+    at = points[i]
+    query = wp.mesh_query_point_no_sign(mesh, to_single(at), farthest)
+    if not query.result:
+        far = wp.float64(farthest)
+        ways[i] = wp.vec3d(wp.float64(0.0), wp.float64(0.0), far)
+        return
+    f = query.face
+    of = wp.matrix_from_rows(corners[f, 0], corners[f, 1], corners[f, 2])
+    across = wp.matrix_from_rows(normals[f, 0], normals[f, 1], normals[f, 2])
+    ways[i] = at - nearest_on_surface(of, across, at)
