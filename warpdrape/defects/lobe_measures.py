@@ -25,7 +25,7 @@ class LobeMeasures:
     Attributes:
         crest: vertex of the largest height, shape [lobe].
         amplitude: half the height from the crest to the troughs beside it [m], shape [lobe].
-        wavelength: on the formed ply [m], shape [lobe].
+        wavelength: on the formed ply, mean along the crest [m], shape [lobe].
         wavelength_flat: on the flat ply [m], shape [lobe].
         length: along the crest [m], shape [lobe].
         axis: unit direction of the crest on the flat ply, shape [lobe, 2].
@@ -92,6 +92,15 @@ class _LobeWaves:
     axis: np.ndarray
     gain: np.ndarray
 
+    def where(self, known: np.ndarray, other: _LobeWaves) -> _LobeWaves:
+        """These where they are known, by a mask [lobe], else others."""
+        return _LobeWaves(
+            number=np.where(known, self.number, other.number),
+            number_now=np.where(known, self.number_now, other.number_now),
+            axis=np.where(known[:, None], self.axis, other.axis),
+            gain=np.where(known, self.gain, other.gain),
+        )
+
 
 class _Sums:
     """Integrals over triangles by lobe, above the zero line."""
@@ -116,6 +125,11 @@ class _Sums:
         """Sums of values over the triangles of each lobe; ``of`` is −1 where there is none."""
         inside = of >= 0
         return np.maximum(np.bincount(of[inside], values[inside], self._count), 1e-300)
+
+    def any(self, of: np.ndarray) -> np.ndarray:
+        """Whether lobes have a triangle with anything above the zero line, shape [lobe]."""
+        inside = of >= 0
+        return np.bincount(of[inside], (self._flat * self._square)[inside], self._count) > 0.0
 
     def waves(self, of: np.ndarray) -> _LobeWaves:
         """Wave number, axis and gain from the triangles that are given to each lobe."""
@@ -155,17 +169,17 @@ def measure_lobes(
     whole = sums.waves(of)
     crest = _crests(smoothing, field, lobes, whole.number)
     near = np.where(_is_near(smoothing, of, crest, whole), of, -1)
-    here = sums.waves(near)
+    here = sums.waves(near).where(sums.any(near), whole)
     amplitude, height = _heights(smoothing, field, lobes, crest, here)
     length = sums.total(area * sums.share, of) * whole.number_now / np.pi
     return LobeMeasures(
         crest=crest,
         amplitude=amplitude,
-        wavelength=2.0 * np.pi / here.number_now,
-        wavelength_flat=2.0 * np.pi / here.number,
+        wavelength=2.0 * np.pi / whole.number_now,
+        wavelength_flat=2.0 * np.pi / whole.number,
         length=length,
-        axis=here.axis,
-        closed=_closed(points, triangles, of, here.axis, now),
+        axis=whole.axis,
+        closed=_closed(points, triangles, of, whole.axis, now),
         gain=here.gain,
         height=height,
         field=field,
