@@ -203,10 +203,10 @@ def test_a_fillet_that_a_ply_lies_on_is_no_wrinkle_but_waves_on_it_are(cells):
     die = Tool.die(hole_radius=hole, edge_radius=edge, outer_radius=0.3)
     gaps, found = ToolGaps([die]), ring(cells, hole, edge)
     points = laid_on((hole, edge), flat(found))
-    assert found.look(points, gaps.ways(points, np.zeros((1, 3)))).wrinkles == ()
+    assert found.look(points, lambda: gaps.ways(points, np.zeros((1, 3)))).wrinkles == ()
     angle = np.arctan2(*flat(found).T[::-1])
     wavy = laid_on((hole, edge), flat(found), lift=1e-3 * (1.0 + np.cos(18 * angle)))
-    seen = found.look(wavy, gaps.ways(wavy, np.zeros((1, 3))))
+    seen = found.look(wavy, lambda: gaps.ways(wavy, np.zeros((1, 3))))
     assert 15 <= len(seen.wrinkles) <= 21  # eighteen round the ring
     assert np.median([w.amplitude for w in seen.wrinkles]) == pytest.approx(1e-3, rel=0.15)
 

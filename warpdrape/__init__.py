@@ -12,6 +12,7 @@ from warpdrape import units  # noqa: E402
 
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
+    from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
@@ -28,6 +29,7 @@ __all__ = [
     "BendingCurve",
     "Clamp",
     "Compaction",
+    "DefectThresholds",
     "Fabric",
     "Float",
     "InputError",
@@ -50,6 +52,7 @@ _HOME = {
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",
     "Clamp": "setup",
+    "DefectThresholds": "defects.thresholds",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",
     "InputError": "errors",

@@ -29,6 +29,7 @@ class Scene(Setup):
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
+        defects: from which size on something counts as a defect.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
         report: function of the finished result to further entries of ``summary.json``.

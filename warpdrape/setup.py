@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.numerics import Numerics
 from warpdrape.tools.motion import Float, Motion, Path, Still, Stroke, vector
@@ -95,6 +96,7 @@ class Setup:
     self_contact: bool = True
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
+    defects: DefectThresholds = field(default_factory=DefectThresholds)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     script: str = ""
     report: Callable[[Result], Mapping[str, Any]] | None = None
@@ -111,6 +113,8 @@ class Setup:
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {self.numerics!r} must be a warpdrape.Numerics")
+        if not isinstance(self.defects, DefectThresholds):
+            raise InputError(f"defects = {self.defects!r} must be a warpdrape.DefectThresholds")
         for kind, things in (("ply", self.plies), ("tool or clamp", self.tools + self.clamps)):
             names = [thing.name for thing in things]
             for name in names:

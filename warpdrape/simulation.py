@@ -32,9 +32,16 @@ from warpdrape.dynamics.start_check import (
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.interaction import Measured
+from warpdrape.results.defects import DefectWatch
 from warpdrape.results.history import history_row
 from warpdrape.results.progress import Progress
-from warpdrape.results.result import FormedPly, Result, read_plies, shown_at_vertices
+from warpdrape.results.result import (
+    FormedPly,
+    Result,
+    read_plies,
+    shown_at_vertices,
+    shown_of_defects,
+)
 from warpdrape.results.run_folder import RUN, SUMMARY, HistoryWriter, RunFolder, as_json
 from warpdrape.results.run_record import run_record
 from warpdrape.results.summary import summarise
@@ -162,7 +169,7 @@ class Recorder:
         self.profile = Profile(model, sampling=profile)
         self._profiled = profile
         self._model, self._folder = model, folder
-        self._watch = Watch(model)
+        self._watch, self._defects = Watch(model), DefectWatch(model.scene)
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
@@ -178,7 +185,13 @@ class Recorder:
             self._usd = UsdWriter(
                 folder.scene_path,
                 [
-                    PlyShape(p.name, p.rest_points, p.mesh.triangles, shown_at_vertices(scene, p))
+                    PlyShape(
+                        p.name,
+                        p.rest_points,
+                        p.mesh.triangles,
+                        shown_at_vertices(scene, p),
+                        shown_of_defects(p),
+                    )
                     for p in scene.plies
                 ],
                 [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
@@ -213,6 +226,7 @@ class Recorder:
         now, steps = loading.simulated, self.steps - self._steps_before
         plies = read_plies(model, state, measured)
         self._watch.look(state, plies, energies, now)
+        plies = self._defects.look(plies, state.tools.shift.numpy())
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, before)
         for name, value in row.items():

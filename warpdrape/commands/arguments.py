@@ -113,7 +113,7 @@ def _add_picture(commands: Any) -> None:
         metavar="FIELD",
         default="shear",
         help="shear if not given; warp- or weft-strain, -tension, -curvature; slip, "
-        "contact-pressure, tool-pressure",
+        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle",
     )
     picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
     picture.add_argument(

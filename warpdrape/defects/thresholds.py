@@ -20,17 +20,20 @@ class DefectThresholds:
         longest_wrinkle: longest wavelength over the square root of the blank's area [-]; longer
             waves are the ply's shape.
         bridge_gap: least gap of a bridge over the ply's thickness [-].
+        yarn_compression: shortening from which on a yarn counts as compressed [-].
     """
 
     wrinkle_amplitude: float = 0.5
     wrinkle_steepness: float = 0.01
     longest_wrinkle: float = 0.25
     bridge_gap: float = 1.0
+    yarn_compression: float = 1e-3
 
     def __post_init__(self) -> None:
         positive("wrinkle_amplitude", self.wrinkle_amplitude)
         positive("wrinkle_steepness", self.wrinkle_steepness, zero=True)
         positive("bridge_gap", self.bridge_gap)
+        positive("yarn_compression", self.yarn_compression, zero=True)
         if not 0.0 < finite("longest_wrinkle", self.longest_wrinkle) <= 1.0:
             raise InputError(
                 f"longest_wrinkle = {self.longest_wrinkle!r} must lie above 0 and up to 1: it is "

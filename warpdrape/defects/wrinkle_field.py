@@ -8,7 +8,7 @@ each vertex the field with the least waves near by counts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
 
@@ -50,7 +50,7 @@ def wrinkle_field(
     thresholds: DefectThresholds,
     thickness: float,
     points: np.ndarray,
-    ways: Sequence[np.ndarray] = (),
+    ways: Callable[[], Sequence[np.ndarray]] | None = None,
 ) -> WrinkleField:
     """Find where a formed ply is wrinkled.
 
@@ -59,33 +59,45 @@ def wrinkle_field(
         thresholds: what counts.
         thickness: of the ply [m].
         points: formed positions [m], shape [n, 3].
-        ways: from the nearest point of each tool to each vertex [m], each of shape [n, 3].
+        ways: gives the ways from the nearest point of each tool to each vertex [m], each of shape
+            [n, 3]; not asked where the ply's own shape is smooth.
     """
-    gaps = [np.linalg.norm(way, axis=1) for way in ways]
-    smoothed = smoothing.smooth(np.column_stack([points, *gaps]))
-    smooth = smoothed[:, :3]
+    smooth = smoothing.smooth(points)
     normals, turned = _sides(smoothing, points, smooth)
-    curved = [each @ np.column_stack([points, *gaps]) for each in smoothing.mean_curvature]
     away = points - smooth
-    own = np.column_stack([(each[:, :3] * normals).sum(axis=1) for each in curved])
-    fields = [find_waves(smoothing, (away * normals).sum(axis=1), own)]
-    allowed = [np.ones(len(points), dtype=bool)]
-    for number, (way, gap) in enumerate(zip(ways, gaps, strict=True), start=3):
-        side = np.where((way * normals).sum(axis=1) < 0.0, -1.0, 1.0)
-        of_gap = np.column_stack([each[:, number] for each in curved])
-        waves = find_waves(smoothing, gap - smoothed[:, number], of_gap)
-        fields.append(_turned_to(waves, side))
-        allowed.append(gap < NEAR_A_TOOL * smoothing.longest)
-    least, tool = _least(fields, np.array(allowed))
-    folded = np.isin(np.arange(len(points)), smoothing.mesh.triangles[turned])
+    curved = [(each @ points * normals).sum(axis=1) for each in smoothing.mean_curvature]
+    waves = find_waves(smoothing, (away * normals).sum(axis=1), np.column_stack(curved))
+    high = _are_high(waves, smoothing.longest, thickness, thresholds)
+    tool = np.full(len(points), OWN)
+    if high.any() and ways is not None:
+        waves, tool = _least_explained(smoothing, waves, ways(), normals)
+        high = _are_high(waves, smoothing.longest, thickness, thresholds)
     return WrinkleField(
-        waves=least,
-        high=_are_high(least, smoothing.longest, thickness, thresholds),
-        turned=folded,
+        waves=waves,
+        high=high,
+        turned=np.isin(np.arange(len(points)), smoothing.mesh.triangles[turned]),
         tool=tool,
         smooth=smooth,
         away=np.linalg.norm(away, axis=1),
     )
+
+
+def _least_explained(
+    smoothing: Smoothing, own: Waves, ways: Sequence[np.ndarray], normals: np.ndarray
+) -> tuple[Waves, np.ndarray]:
+    """At each vertex the waves of least energy near by, and the number of their tool."""
+    if not len(ways):
+        return own, np.full(len(normals), OWN)
+    gaps = np.column_stack([np.linalg.norm(way, axis=1) for way in ways])
+    filtered = gaps - smoothing.smooth(gaps)
+    curved = [each @ gaps for each in smoothing.mean_curvature]
+    fields, allowed = [own], [np.ones(len(gaps), dtype=bool)]
+    for number, way in enumerate(ways):
+        side = np.where((way * normals).sum(axis=1) < 0.0, -1.0, 1.0)
+        of_gap = np.column_stack([each[:, number] for each in curved])
+        fields.append(_turned_to(find_waves(smoothing, filtered[:, number], of_gap), side))
+        allowed.append(gaps[:, number] < NEAR_A_TOOL * smoothing.longest)
+    return _least(fields, np.array(allowed))
 
 
 def _sides(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -115,15 +115,20 @@ class WrinkleSearch:
     def _graph(self) -> sparse.csr_matrix:
         return edge_graph(self.smoothing)
 
-    def look(self, points: np.ndarray, ways: Sequence[np.ndarray] = ()) -> Wrinkling:
+    def look(
+        self, points: np.ndarray, ways: Callable[[], Sequence[np.ndarray]] | None = None
+    ) -> Wrinkling:
         """Find the wrinkles of the formed ply.
 
         Args:
             points: formed positions [m], shape [n, 3].
-            ways: from the nearest point of each tool to each vertex [m], each of shape [n, 3].
+            ways: gives the ways from the nearest point of each tool to each vertex [m], each of
+                shape [n, 3]; asked where the ply is not smooth. None where there are no tools.
         """
         smoothing, thresholds = self.smoothing, self.thresholds
         field = wrinkle_field(smoothing, thresholds, self.thickness, points, ways)
+        if not (field.high.any() or field.turned.any()):
+            return Wrinkling((), np.zeros(len(points)), (0.0, 0.0))
         lobes = find_lobes(smoothing, self._near, self._graph, field)
         lobes, found = self._kept(points, field, lobes)
         if not len(lobes):

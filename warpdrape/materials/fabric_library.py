@@ -37,6 +37,10 @@ _SCALARS = {
     "thickness": "length",
     "compressive_factor": "ratio",
     "yarn_angle": "angle",
+    "fibre_density": "density",
+    "locking_angle": "angle",
+    "failure_strain_warp": "ratio",
+    "failure_strain_weft": "ratio",
 }
 _CELL = {
     "yarns_warp": "yarns per length",

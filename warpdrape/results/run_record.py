@@ -26,6 +26,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         "ply_friction": _ply_friction(scene),
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
+        "defect_thresholds": dataclasses.asdict(scene.defects),
         "time_step_s": model.timing.time_step,
         "search_every": model.timing.search_every,
         "device": model.device,

@@ -53,12 +53,14 @@ class PlyShape:
         rest_points: the flat blank [m], shape (n, 3).
         triangles: vertex numbers, shape (m, 3).
         at_vertices: quantities of its frames that are given at vertices, by their names there.
+        in_triangles: the same of those in triangles that not every ply has.
     """
 
     name: str
     rest_points: ArrayLike
     triangles: ArrayLike
     at_vertices: Sequence[str] = ()
+    in_triangles: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,9 @@ class PlyFrame:
             there is none, as the next two.
         contact_pressure: of plies [Pa], shape (n,).
         tool_pressure: of tools [Pa], shape (n,).
+        thickness: [m], shape (m,).
+        fibre_volume_fraction: [-], shape (m,).
+        wrinkle: amplitude of wrinkles, 0 where there is none [m], shape (m,).
     """
 
     points: ArrayLike
@@ -111,6 +116,9 @@ class PlyFrame:
     slip: ArrayLike | None = None
     contact_pressure: ArrayLike | None = None
     tool_pressure: ArrayLike | None = None
+    thickness: ArrayLike | None = None
+    fibre_volume_fraction: ArrayLike | None = None
+    wrinkle: ArrayLike | None = None
 
 
 class UsdWriter:
@@ -152,7 +160,7 @@ class UsdWriter:
         set_up_stage(stage, frames_per_second)
         cloth, metal = define_materials(stage)
         self._plies = [
-            define_ply(stage, mesh, cloth, ply.at_vertices)
+            define_ply(stage, mesh, cloth, ply.at_vertices, ply.in_triangles)
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
         self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
