@@ -266,6 +266,7 @@ class Recorder:
             steps=self.steps,
             wall=wall,
         )
+        self._defects.add_at_end(summary, self._plies)
         if self._profiled:
             summary["phases_s"] = self.profile.seconds()
         result = Result(self._plies, summary, history)

@@ -1,4 +1,4 @@
-"""How far points are from a tool's curved surface, and on which side of it."""
+"""How far points are from the curved surface of a tool, or the triangles of a ply."""
 
 import warp as wp
 
@@ -14,7 +14,7 @@ def nearest_on_surface(corners: wp.mat33d, normals: wp.mat33d, at: wp.vec3d) -> 
 
 
 @wp.kernel(enable_backward=False)
-def compute_tool_gaps(
+def compute_surface_ways(
     mesh: wp.uint64,
     corners: wp.array2d(dtype=wp.vec3d),
     normals: wp.array2d(dtype=wp.vec3d),
@@ -22,13 +22,13 @@ def compute_tool_gaps(
     farthest: float,
     ways: wp.array(dtype=wp.vec3d),
 ):
-    """Way from a tool's surface to each point; one thread a point.
+    """Way from a surface to each point; one thread a point.
 
     Args:
-        mesh: query mesh of the tool.
+        mesh: query mesh of the surface.
         corners: of its facets [m], shape [facet, 3].
-        normals: there, shape [facet, 3].
-        points: in the tool's frame [m], shape [point].
+        normals: there, shape [facet, 3]; zero where the facets themselves are the surface.
+        points: in the frame of the surface [m], shape [point].
         farthest: how far to look [m].
         ways: from the nearest point of the surface [m], shape [point]; overwritten.
     """

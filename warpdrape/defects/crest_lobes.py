@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.defects.crests import Neighbourhood
 from warpdrape.defects.smoothing import Smoothing
 from warpdrape.defects.wrinkle_field import WrinkleField
@@ -43,10 +44,10 @@ class Lobes:
         return Lobes(self.side[keep], of, self.folded[keep])
 
 
-def edge_graph(smoothing: Smoothing) -> sparse.csr_matrix:
+def edge_graph(mesh: FlatMesh) -> sparse.csr_matrix:
     """Which vertices share an edge, shape [n, n]."""
-    ends = np.asarray(smoothing.mesh.edges.vertices)
-    n = len(smoothing.mesh.vertices)
+    ends = np.asarray(mesh.edges.vertices)
+    n = len(mesh.vertices)
     graph = sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (n, n))
     return graph + graph.T
 

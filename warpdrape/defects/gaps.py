@@ -1,4 +1,4 @@
-"""How far the vertices of plies are from each tool's true surface."""
+"""How far points are from the true surface of tools, and from formed plies."""
 
 from __future__ import annotations
 
@@ -8,11 +8,52 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
-from warpdrape.kernels.defects.gaps import compute_tool_gaps
+from warpdrape.kernels.defects.gaps import compute_surface_ways
 from warpdrape.tools.tool import Tool
 
 DEVICE = "cpu"
 """Where distances are asked: results are on the host, and few."""
+
+
+class SurfaceGaps:
+    """Ways from a triangulated surface, on the host.
+
+    Args:
+        vertices: [m], shape [n, 3].
+        triangles: shape [m, 3].
+        normals: at the corners, of the curved surface over the triangles, shape [m, 3, 3]; None for
+            the flat triangles themselves.
+    """
+
+    def __init__(
+        self, vertices: np.ndarray, triangles: np.ndarray, normals: np.ndarray | None = None
+    ) -> None:
+        corners = vertices[triangles]
+        self._mesh = wp.Mesh(
+            wp.array(vertices, dtype=wp.vec3f, device=DEVICE),
+            wp.array(np.ravel(triangles), dtype=wp.int32, device=DEVICE),
+        )
+        self._corners = wp.array(corners, dtype=wp.vec3d, device=DEVICE)
+        normals = np.zeros_like(corners) if normals is None else normals
+        self._normals = wp.array(normals, dtype=wp.vec3d, device=DEVICE)
+        self._size = float(np.linalg.norm(vertices, axis=1).max())
+
+    def ways(self, points: np.ndarray, farthest: float | None = None) -> np.ndarray:
+        """Ways from the nearest point of the surface to each point [m], shape [n, 3].
+
+        Args:
+            points: [m], shape [n, 3].
+            farthest: how far to look [m]; what is not found so far counts as there, upwards.
+        """
+        if not len(points):
+            return np.zeros((0, 3))
+        if farthest is None:
+            farthest = self._size + float(np.linalg.norm(points, axis=1).max())
+        ways = wp.empty(len(points), dtype=wp.vec3d, device=DEVICE)
+        asked = wp.array(points, dtype=wp.vec3d, device=DEVICE)
+        inputs = [self._mesh.id, self._corners, self._normals, asked, farthest]
+        wp.launch(compute_surface_ways, len(points), inputs, outputs=[ways], device=DEVICE)
+        return ways.numpy()
 
 
 class ToolGaps:
@@ -26,7 +67,7 @@ class ToolGaps:
         self.tools = tuple(tools)
 
     @cached_property
-    def _surfaces(self) -> list[tuple[wp.Mesh, wp.array, wp.array, float]]:
+    def _surfaces(self) -> list[SurfaceGaps]:
         return [_surface(tool) for tool in self.tools]
 
     def ways(self, points: np.ndarray, shifts: np.ndarray) -> np.ndarray:
@@ -37,23 +78,12 @@ class ToolGaps:
             shifts: translation of each tool since the start [m], shape [tool, 3].
         """
         found = np.zeros((len(self.tools), len(points), 3))
-        for number, (mesh, corners, normals, size) in enumerate(self._surfaces):
-            at = points - shifts[number]
-            ways = wp.empty(len(points), dtype=wp.vec3d, device=DEVICE)
-            asked = wp.array(at, dtype=wp.vec3d, device=DEVICE)
-            farthest = size + float(np.linalg.norm(at, axis=1).max())
-            inputs = [mesh.id, corners, normals, asked, farthest]
-            wp.launch(compute_tool_gaps, len(points), inputs, outputs=[ways], device=DEVICE)
-            found[number] = ways.numpy()
+        for number, surface in enumerate(self._surfaces):
+            found[number] = surface.ways(points - shifts[number])
         return found
 
 
-def _surface(tool: Tool) -> tuple[wp.Mesh, wp.array, wp.array, float]:
-    """Query mesh, corners and normals of a tool, and its farthest vertex from the origin [m]."""
-    mesh = wp.Mesh(
-        wp.array(tool.vertices, dtype=wp.vec3f, device=DEVICE),
-        wp.array(np.ravel(tool.triangles), dtype=wp.int32, device=DEVICE),
-    )
-    corners = wp.array(tool.vertices[tool.triangles], dtype=wp.vec3d, device=DEVICE)
-    normals = wp.array(tool.surface.normals, dtype=wp.vec3d, device=DEVICE)
-    return mesh, corners, normals, float(np.linalg.norm(tool.vertices, axis=1).max())
+def _surface(tool: Tool) -> SurfaceGaps:
+    """What contact sees of a tool: the curved surface where its normals are known, else facets."""
+    normals = tool.surface.normals if tool.surface.exact else None
+    return SurfaceGaps(tool.vertices, tool.triangles, normals)

@@ -106,12 +106,16 @@ def _sides(
     """Unit normals of the smooth shape at vertices, and which triangles are turned over on it."""
     triangles = smoothing.mesh.triangles
     facing, own = face_vectors(smooth, triangles), face_vectors(points, triangles)
-    normals = np.zeros_like(smooth)
+    return vertex_normals(smooth, triangles), (facing * own).sum(axis=1) < 0.0
+
+
+def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals at vertices, means of the triangles round them by area, shape [n, 3]."""
+    faces, normals = face_vectors(points, triangles), np.zeros_like(points)
     for corner in triangles.T:
         for axis in range(3):
-            normals[:, axis] += np.bincount(corner, facing[:, axis], len(normals))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    return normals, (facing * own).sum(axis=1) < 0.0
+            normals[:, axis] += np.bincount(corner, faces[:, axis], len(points))
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
 
 
 def face_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -113,7 +113,7 @@ class WrinkleSearch:
 
     @cached_property
     def _graph(self) -> sparse.csr_matrix:
-        return edge_graph(self.smoothing)
+        return edge_graph(self.mesh)
 
     def look(
         self, points: np.ndarray, ways: Callable[[], Sequence[np.ndarray]] | None = None

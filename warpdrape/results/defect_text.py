@@ -27,6 +27,7 @@ def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
 def _parts(ply: Mapping[str, Any]) -> list[str]:
     defects = ply["defects"]
     parts = [wrinkle_words(defects["wrinkles"])]
+    parts += _bridges(defects.get("bridging"))
     parts += [*_shear(defects["shear"]), *_yarns(defects["yarns"])]
     drawn = defects["draw_in"]
     parts.append(f"edge drawn in {_mm(drawn['min_m'])} to {_mm(drawn['max_m'])}")
@@ -63,6 +64,16 @@ def _wrinkled(numbers: Mapping[str, Any], noun: str) -> str:
         name = max(moved, key=lambda tool: abs(moved[tool]))
         words += f", {name} {_mm(moved[name])}"
     return words
+
+
+def _bridges(bridging: Mapping[str, Any] | None) -> list[str]:
+    if not bridging or not bridging["number"]:
+        return []
+    count = bridging["number"]
+    return [
+        f"{count} bridge{'s' if count > 1 else ''}, up to {_mm(bridging['max_gap_m'], '.3g')} off "
+        f"{bridging['list'][0]['tool']}, {1e4 * bridging['area_m2']:.3g} cm² in all"
+    ]
 
 
 def _shear(shear: Mapping[str, Any]) -> list[str]:

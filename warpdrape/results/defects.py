@@ -24,7 +24,11 @@ from warpdrape.defects.wrinkles import Wrinkle, WrinkleSearch, Wrinkling
 from warpdrape.defects.yarn_limits import shear_past_locking, yarn_strains
 from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.results.result import FormedPly
+from warpdrape.results.tool_defects import bridge_entries, coverages
 from warpdrape.setup import Setup
+
+STILL = 0.01
+"""Way over the least amplitude of a wrinkle within which nothing has moved [-]."""
 
 
 class DefectWatch:
@@ -37,6 +41,7 @@ class DefectWatch:
     def __init__(self, scene: Setup) -> None:
         self._scene = scene
         self._gaps = ToolGaps(scene.tools)
+        self._seen: tuple[np.ndarray, list[np.ndarray], list[Wrinkling]] | None = None
 
     @cached_property
     def _searches(self) -> list[WrinkleSearch]:
@@ -52,10 +57,14 @@ class DefectWatch:
             plies: as they are.
             shifts: translations of the tools since the start [m], shape [tool, 3].
         """
+        if self._has_moved(plies, shifts):
+            wrinklings = [
+                search.look(formed.points, partial(self._gaps.ways, formed.points, shifts))
+                for formed, search in zip(plies, self._searches, strict=True)
+            ]
+            self._seen = shifts.copy(), [formed.points for formed in plies], wrinklings
         found = []
-        for ply, formed, search in zip(self._scene.plies, plies, self._searches, strict=True):
-            ways = partial(self._gaps.ways, formed.points, shifts)
-            wrinkling = search.look(formed.points, ways)
+        for ply, formed, wrinkling in zip(self._scene.plies, plies, self._seen[2], strict=True):
             pressures = [
                 pressure
                 for pressure in (formed.contact_pressure, formed.tool_pressure)
@@ -73,6 +82,33 @@ class DefectWatch:
                 )
             )
         return tuple(found)
+
+    def _has_moved(self, plies: Sequence[FormedPly], shifts: np.ndarray) -> bool:
+        """Whether anything has moved since the last look by more than wrinkles could show."""
+        if self._seen is None:
+            return True
+        ways = [shifts - self._seen[0]]
+        ways += [ply.points - seen for ply, seen in zip(plies, self._seen[1], strict=True)]
+        thinnest = min(ply.fabric.thickness for ply in self._scene.plies)
+        least = STILL * self._scene.defects.wrinkle_amplitude * thinnest
+        return any(way.size and float(np.abs(way).max()) > least for way in ways)
+
+    def add_at_end(self, summary: dict[str, Any], plies: Sequence[FormedPly]) -> None:
+        """Add to a summary what plies and tools have together at the end.
+
+        Args:
+            summary: as in ``summary.json``.
+            plies: the last good frame, the last that was looked at.
+        """
+        if self._seen is None or not self._scene.tools:
+            return
+        shifts = self._seen[0]
+        bridges = bridge_entries(self._scene, plies, self._gaps, shifts)
+        for entry, bridging in zip(summary["plies"], bridges, strict=True):
+            entry["defects"]["bridging"] = bridging
+        shares = coverages(self._scene, plies, shifts)
+        for entry, share in zip(summary["tools"], shares, strict=True):
+            entry["coverage"] = share
 
 
 def _area_ratios(ply: Ply, formed: FormedPly) -> np.ndarray:

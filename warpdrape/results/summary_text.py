@@ -92,7 +92,7 @@ def _plies(plies: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
-    rows = [("tool", "moved", "force: end", "largest", "deepest in a ply")]
+    rows = [("tool", "moved", "force: end", "largest", "deepest in a ply", "covered")]
     for tool in tools:
         rows.append(
             (
@@ -101,6 +101,7 @@ def _tools(tools: Sequence[Mapping[str, Any]]) -> str:
                 f"{tool['force_n']:.1f} N",
                 f"{tool['max_force_n']:.1f} N",
                 f"{1e3 * tool['max_penetration_m']:.3f} mm",
+                f"{100 * tool['coverage']:.0f} %" if "coverage" in tool else "-",
             )
         )
     return _table(rows)
