@@ -11,6 +11,7 @@ from warpdrape.defects.bridging import clearances, find_bridges
 from warpdrape.defects.coverage import coverage, surface_points
 from warpdrape.defects.crest_lobes import edge_graph
 from warpdrape.defects.gaps import SurfaceGaps, ToolGaps
+from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.tools.tool import Tool
 
 SIDE, THICKNESS = 0.2, 6e-4
@@ -34,10 +35,12 @@ def trough(depth, half_width, half_length):
 
 def bridges_of(ply, tool, points, least=THICKNESS, below=0.5 * THICKNESS, above=0.5 * THICKNESS):
     triangles = np.asarray(ply.mesh.triangles)
-    ways = ToolGaps([tool]).ways(points, np.zeros((1, 3)))
+    gaps, still = ToolGaps([tool]), np.zeros((1, 3))
+    ways = gaps.ways(points, still)
+    beneath = gaps.beneath(points, vertex_normals(points, triangles), still)
     off = clearances(ways, points, triangles, below, above)
     outline = np.asarray(ply.mesh.boundary_vertices)
-    return find_bridges(edge_graph(ply.mesh), outline, points, triangles, off, least)
+    return find_bridges(edge_graph(ply.mesh), outline, points, triangles, off, beneath, least)
 
 
 def flat_on(cells, height=0.5 * THICKNESS):
@@ -75,6 +78,12 @@ def test_a_ply_that_follows_the_hollow_does_not_bridge():
 def test_a_span_that_reaches_the_edge_is_no_bridge():
     ply, points = flat_on(40)
     assert bridges_of(ply, trough(0.02, 0.03, 0.99), points) == ()
+
+
+def test_a_ply_over_the_hole_of_a_die_is_no_bridge():
+    ply, points = flat_on(40)
+    die = Tool.die(hole_radius=0.06, edge_radius=0.01, outer_radius=0.3)
+    assert bridges_of(ply, die, points) == ()
 
 
 def test_plies_between_are_no_gap():

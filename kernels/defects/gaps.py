@@ -43,3 +43,27 @@ def compute_surface_ways(
     of = wp.matrix_from_rows(corners[f, 0], corners[f, 1], corners[f, 2])
     across = wp.matrix_from_rows(normals[f, 0], normals[f, 1], normals[f, 2])
     ways[i] = at - nearest_on_surface(of, across, at)
+
+
+@wp.kernel(enable_backward=False)
+def compute_hits(
+    mesh: wp.uint64,
+    points: wp.array(dtype=wp.vec3d),
+    directions: wp.array(dtype=wp.vec3d),
+    farthest: float,
+    hits: wp.array(dtype=wp.int32),
+):
+    """Whether a ray from each point meets a surface; one thread a point.
+
+    Args:
+        mesh: query mesh of the surface.
+        points: in the frame of the surface [m], shape [point].
+        directions: of the rays, unit, shape [point].
+        farthest: how far to look [m].
+        hits: 1 where it does, shape [point]; overwritten.
+    """
+    i = wp.tid()
+    query = wp.mesh_query_ray(mesh, to_single(points[i]), to_single(directions[i]), farthest)
+    hits[i] = 0
+    if query.result:
+        hits[i] = 1

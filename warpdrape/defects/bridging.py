@@ -13,6 +13,10 @@ from warpdrape.defects.wrinkle_field import face_vectors, vertex_normals
 ALL_ROUND = 0.9
 """Share of the vertices round a bridge that lie on its tool, at least [-]."""
 
+OVER_IT = 0.5
+"""Share of a bridge's vertices that its tool lies straight under or over, at least [-]: the hole of
+a die does not."""
+
 
 @dataclass(frozen=True)
 class Bridge:
@@ -37,6 +41,7 @@ def find_bridges(
     points: np.ndarray,
     triangles: np.ndarray,
     clearances: np.ndarray,
+    beneath: np.ndarray,
     least: float,
 ) -> tuple[Bridge, ...]:
     """Find the bridges of a ply, the largest gap first.
@@ -47,6 +52,7 @@ def find_bridges(
         points: formed positions [m], shape [n, 3].
         triangles: vertices, shape [m, 3].
         clearances: from each tool to each vertex, less what lies between [m], shape [tool, n].
+        beneath: whether a tool lies straight under or over a vertex, shape [tool, n].
         least: gap from which on a ply is off a tool [m].
     """
     if not len(clearances):
@@ -65,6 +71,8 @@ def find_bridges(
         rim = (graph @ inside.astype(float) > 0.0) & ~inside
         tool = int(np.argmax(np.bincount(nearest[rim], minlength=len(clearances))))
         if np.mean(clearances[tool, rim] <= least) < ALL_ROUND:
+            continue
+        if np.mean(beneath[tool, inside]) < OVER_IT:
             continue
         vertex = int(np.flatnonzero(inside)[np.argmax(clearances[tool, inside])])
         gap, area = float(clearances[tool, vertex]), float(areas[inside].sum())

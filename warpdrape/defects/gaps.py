@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
-from warpdrape.kernels.defects.gaps import compute_surface_ways
+from warpdrape.kernels.defects.gaps import compute_hits, compute_surface_ways
 from warpdrape.tools.tool import Tool
 
 DEVICE = "cpu"
@@ -55,6 +55,20 @@ class SurfaceGaps:
         wp.launch(compute_surface_ways, len(points), inputs, outputs=[ways], device=DEVICE)
         return ways.numpy()
 
+    def is_met(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Whether rays from points along unit directions meet the surface, shape [n].
+
+        Args:
+            points: [m], shape [n, 3].
+            directions: of the rays, shape [n, 3].
+        """
+        farthest = self._size + float(np.linalg.norm(points, axis=1).max())
+        hits = wp.zeros(len(points), dtype=wp.int32, device=DEVICE)
+        rays = [wp.array(each, dtype=wp.vec3d, device=DEVICE) for each in (points, directions)]
+        inputs = [self._mesh.id, *rays, farthest]
+        wp.launch(compute_hits, len(points), inputs, outputs=[hits], device=DEVICE)
+        return hits.numpy() > 0
+
 
 class ToolGaps:
     """Distances from tools, on the host.
@@ -80,6 +94,20 @@ class ToolGaps:
         found = np.zeros((len(self.tools), len(points), 3))
         for number, surface in enumerate(self._surfaces):
             found[number] = surface.ways(points - shifts[number])
+        return found
+
+    def beneath(self, points: np.ndarray, normals: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Which tools lie straight under or over points, shape [tool, n].
+
+        Args:
+            points: [m], shape [n, 3].
+            normals: of the ply there, shape [n, 3].
+            shifts: translation of each tool since the start [m], shape [tool, 3].
+        """
+        found = np.zeros((len(self.tools), len(points)), dtype=bool)
+        for number, surface in enumerate(self._surfaces):
+            at = points - shifts[number]
+            found[number] = surface.is_met(at, normals) | surface.is_met(at, -normals)
         return found
 
 

@@ -43,6 +43,7 @@ def bridge_entries(
             formed.points,
             formed.triangles,
             off,
+            gaps.beneath(formed.points, vertex_normals(formed.points, formed.triangles), shifts),
             scene.defects.bridge_gap * thick[number],
         )
         entries.append(
