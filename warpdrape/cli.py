@@ -14,8 +14,8 @@ from typing import NoReturn
 
 from warpdrape.commands.arguments import OUT, build_parser
 
-DONE, FAILED, UNUSABLE = 0, 1, 2
-"""Exit status: all went well; the run failed; the input cannot be used."""
+DONE, FAILED, UNUSABLE, UNFIT = 0, 1, 2, 3
+"""Exit status: all went well; the run failed; the input cannot be used; the part is unfit."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -168,6 +168,24 @@ def _picture(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _judge(arguments: argparse.Namespace) -> int:
+    from warpdrape.results.judgement import judge, not_judged, verdict
+    from warpdrape.results.judgement_picture import draw_judgement
+    from warpdrape.results.limits import Limits, read_limits
+    from warpdrape.results.run_folder import JUDGEMENT, read_history, read_summary
+
+    limits = Limits() if arguments.limits is None else read_limits(arguments.limits)
+    folder = Path(arguments.run)
+    summary = read_summary(folder)
+    if summary["status"] != "completed":
+        return _complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
+    faults = judge(summary, read_history(folder), limits)
+    print(verdict(faults, not_judged(summary, limits)))
+    out = folder / JUDGEMENT if arguments.out is None else Path(arguments.out)
+    print(f"Marked in {draw_judgement(folder, summary, faults, out)}")
+    return UNFIT if faults else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -205,6 +223,7 @@ _COMMANDS = {
     "scenes": _scenes,
     "fabrics": _fabrics,
     "picture": _picture,
+    "judge": _judge,
     "verify": _verify,
     "info": _info,
 }

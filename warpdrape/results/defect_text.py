@@ -6,6 +6,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from warpdrape.results.judgement import judge, verdict
+from warpdrape.results.limits import Limits
+
 WIDTH = 96
 """Columns after which a line is folded."""
 
@@ -22,6 +25,15 @@ def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
         if "defects" in ply
     ]
     return ["\n".join(lines)] if lines else []
+
+
+def judgement_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Return the verdict by default limits, for a run with tools that came to its end."""
+    looked = all("defects" in ply for ply in summary["plies"])
+    if summary["status"] != "completed" or not summary["tools"] or not looked:
+        return []
+    faults = judge(summary, {}, Limits())
+    return [verdict(faults) + (" (warpdrape judge marks where)" if faults else "")]
 
 
 def _parts(ply: Mapping[str, Any]) -> list[str]:

@@ -143,16 +143,30 @@ def defect_entries(
         return {}
     ply = scene.plies[number]
     areas = np.asarray(ply.mesh.areas)
+    yarns = yarn_strains(ply.fabric, formed.strain, areas, scene.defects.yarn_compression)
     entries: dict[str, Any] = {"thickness_m": _spread(formed.thickness, areas)}
     if formed.fibre_volume_fraction is not None:
         entries["fibre_volume_fraction"] = _spread(formed.fibre_volume_fraction, areas)
     entries["defects"] = {
         "wrinkles": _wrinkle_entries(scene, formed, formed.wrinkling, history),
-        "shear": shear_past_locking(ply.fabric, formed.shear_angle, areas),
-        "yarns": yarn_strains(ply.fabric, formed.strain, areas, scene.defects.yarn_compression),
+        "shear": shear_past_locking(ply.fabric, formed.shear_angle, areas)
+        | _place(formed, np.abs(formed.shear_angle)),
+        "yarns": {
+            family: own | _place(formed, formed.strain[:, number_of_family])
+            for number_of_family, (family, own) in enumerate(yarns.items())
+        },
         "draw_in": outline_draw_in(ply.mesh, formed.points),
     }
     return entries
+
+
+def _place(formed: FormedPly, values: np.ndarray) -> dict[str, Any]:
+    """Where values on triangles are largest, on the formed ply and the flat blank [m]."""
+    corners = formed.triangles[int(np.argmax(values))]
+    return {
+        "max_at_m": formed.points[corners].mean(axis=0).tolist(),
+        "max_on_blank_m": formed.rest_points[corners, :2].mean(axis=0).tolist(),
+    }
 
 
 def _spread(values: np.ndarray, areas: np.ndarray) -> dict[str, float]:
@@ -220,6 +234,7 @@ def _wrinkle_entry(scene: Setup, formed: FormedPly, wrinkle: Wrinkle) -> dict[st
     return {
         "at_m": formed.points[wrinkle.vertex].tolist(),
         "on_blank_m": formed.rest_points[wrinkle.vertex, :2].tolist(),
+        "axis_on_blank": list(wrinkle.axis),
         "amplitude_m": wrinkle.amplitude,
         "wavelength_m": wrinkle.wavelength,
         "length_m": wrinkle.length,

@@ -21,7 +21,8 @@ SUMMARY = "summary.json"
 RUN = "run.json"
 COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
-RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT)
+JUDGEMENT = "judgement.png"
+RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, JUDGEMENT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
 
@@ -188,6 +189,29 @@ class HistoryWriter:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return what a run folder's summary holds; raise `InputError` where there is none."""
+    return json.loads(_text(folder, SUMMARY))
+
+
+def read_history(folder: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a run folder's history; raise `InputError` where there is none."""
+    rows = list(csv.DictReader(_text(folder, HISTORY).splitlines()))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def _text(folder: Path, name: str) -> str:
+    """Text of a file of a run folder."""
+    if not folder.is_dir():
+        raise InputError(f"run folder {folder} does not exist: give the folder of a finished run")
+    try:
+        return (folder / name).read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"run folder {folder} holds no {name}: give the folder of a finished run"
+        ) from error
 
 
 def _check_writable(path: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from warpdrape.results.defect_text import defect_lines
+from warpdrape.results.defect_text import defect_lines, judgement_lines
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, HISTORY, RUN, SCENE, SUMMARY
 
 WIDTH = 96
@@ -35,6 +35,7 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     """
     parts = [_verdict(summary), _plies(summary["plies"])]
     parts += defect_lines(summary["plies"])
+    parts += judgement_lines(summary)
     if summary["tools"]:
         parts.append(_tools(summary["tools"]))
     if summary["interfaces"]:
