@@ -68,7 +68,8 @@ def test_a_wrinkle_fails_above_its_limit_where_and_since_when_it_stays_there():
     run = summary([wrinkle(2e-3), wrinkle(0.5e-3)])
     (fault,) = judge(run, HISTORY, Limits(wrinkle_amplitude=1e-3))
     assert fault.words() == (
-        "ply_0: 1 wrinkle above 1 mm, the largest 2 mm, at (100, 0, -10) mm, since 300 ms"
+        "ply_0: 1 wrinkle above 1 mm, the largest of amplitude 2 mm, at (100, 0, -10) mm, "
+        "since 300 ms"
     )
     assert judge(run, HISTORY, Limits(wrinkle_amplitude=2e-3)) == []
     (fault,) = judge(run, HISTORY, Limits(**NOTHING, wrinkle_area=0.1))
@@ -77,7 +78,7 @@ def test_a_wrinkle_fails_above_its_limit_where_and_since_when_it_stays_there():
 
 def test_a_wave_too_short_for_the_mesh_fails_too_and_says_so():
     (fault,) = judge(summary([wrinkle(2e-3, resolved=False)]), HISTORY, Limits())
-    assert "1 wave above 0 mm" in fault.what and "refine" in fault.what
+    assert "1 wave, the largest" in fault.what and "refine" in fault.what
 
 
 @pytest.mark.parametrize(

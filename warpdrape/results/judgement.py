@@ -118,15 +118,14 @@ def _wrinkles(
         (True, wrinkles, "wrinkle_m"),
         (False, wrinkles["too_short_for_the_mesh"], "short_wrinkle_m"),
     ):
-        doubt = "" if resolved else ", too short for the mesh: refine it to be sure"
+        doubt = "" if resolved else " (too short for the mesh: refine it to be sure)"
         if most is not None and numbers["max_amplitude_m"] > most:
             high = [w for w in wrinkles["list"] if w["amplitude_m"] > most]
             high = [w for w in high if w["resolved"] is resolved]
             noun = "wrinkle" if resolved else "wave"
-            words = (
-                f"{len(high)} {noun}{'s' if len(high) > 1 else ''} above {_mm(most)}, the largest "
-                f"{_mm(high[0]['amplitude_m'])}{doubt}"
-            )
+            words = f"{len(high)} {noun}{'s' if len(high) > 1 else ''}"
+            words += f" above {_mm(most)}" if most > 0.0 else ""
+            words += f", the largest of amplitude {_mm(high[0]['amplitude_m'])}{doubt}"
             since = _since(history, f"{ply['name']}_{column}", most)
             yield Fault(ply["name"], words, high[0]["at_m"], high[0]["on_blank_m"], since)
         if limits.wrinkle_area is not None and numbers["area_share"] > limits.wrinkle_area:
