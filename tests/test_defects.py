@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from warpdrape import DefectThresholds, InputError, Scene
+from warpdrape import DefectThresholds, InputError, Scene, WantedDirection
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.alignment import misalignments
 from warpdrape.defects.outline import outline_draw_in
 from warpdrape.defects.thickness import (
     area_ratios,
@@ -219,7 +220,14 @@ def test_a_run_writes_its_defects(tmp_path):
     (formed,), (entry,) = result.plies, result.summary["plies"]
     assert entry["defects"]["wrinkles"]["number"] == 0
     assert entry["defects"]["bridging"]["number"] == 0
-    assert set(entry["defects"]) == {"wrinkles", "bridging", "shear", "yarns", "draw_in"}
+    assert set(entry["defects"]) == {
+        "wrinkles",
+        "bridging",
+        "shear",
+        "yarns",
+        "draw_in",
+        "misalignment",
+    }
     assert 0.0 < result.summary["tools"][1]["coverage"] < 1.0
     assert (result.history["ply_0_wrinkle_m"] == 0.0).all()
     stage = Usd.Stage.Open(str(tmp_path / "run" / "scene.usdc"))
@@ -233,6 +241,46 @@ def test_a_run_writes_its_defects(tmp_path):
         assert primvar.GetInterpolation() == "uniform"
         assert np.array(primvar.Get(2)) == pytest.approx(values, rel=1e-6)
         assert len(primvar.GetAttr().GetTimeSamples()) == 3
+
+
+def test_misalignment_is_the_angle_in_the_ply_s_plane():
+    """A flat ply tilted by 50° about x, its warp turned by 20° in its own plane."""
+    ply, tilt, turn = square(), math.radians(50.0), math.radians(20.0)
+    flat = np.asarray(ply.mesh.vertices)
+    up = np.array([0.0, math.cos(tilt), math.sin(tilt)])
+    points = flat[:, :1] * [1.0, 0.0, 0.0] + flat[:, 1:] * up
+    triangles = np.asarray(ply.mesh.triangles)
+    yarn = math.cos(turn) * np.array([1.0, 0.0, 0.0]) - math.sin(turn) * up
+    yarns = np.tile(yarn, (len(triangles), 1))
+    assert misalignments(yarns, points, triangles, (-3.0, 0.0, 0.0)) == pytest.approx(turn)
+    right = misalignments(yarns, points, triangles, (0.0, 0.0, 1.0))  # projects on up
+    assert right == pytest.approx(0.5 * math.pi - turn)
+
+
+def test_wanted_directions_by_region_come_into_the_summary():
+    left = WantedDirection(name="left", ply="ply", direction=(1, 1, 0), where=lambda p: p[:, 0] < 0)
+    all_over = WantedDirection(name="all", ply="ply", direction=(0, 1, 0), family="weft")
+    scene = Scene(name="s", plies=[square()], duration=1.0, wanted=[left, all_over])
+    (formed,) = DefectWatch(scene).look([waved(scene, 0.0)], np.zeros((0, 3)))
+    one, other = defect_entries(scene, 0, formed, {})["defects"]["misalignment"]
+    assert (one["name"], one["mean_deg"]) == ("left", pytest.approx(45.0))
+    assert other["max_deg"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"direction": (0.0, 0.0, 0.0)}, "must not be zero"),
+        ({"family": "both"}, "unknown family"),
+        ({"where": lambda p: p[:, 0] > 9.0}, "holds no triangle"),
+        ({"where": lambda p: p[:, 0]}, "truth values"),
+        ({"ply": "other"}, "unknown ply 'other'"),
+    ],
+)
+def test_bad_wanted_directions_are_refused(options, words):
+    given = {"name": "rib", "ply": "ply", "direction": (1.0, 0.0, 0.0)} | options
+    with pytest.raises(InputError, match=words):
+        Scene(name="s", plies=[square()], duration=1.0, wanted=[WantedDirection(**given)])
 
 
 def test_bad_thresholds_are_refused():

@@ -1,6 +1,7 @@
 """The verdict on a run: what fails, where and when; limits and their file; exit status."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,6 +40,7 @@ def ply(wrinkles=(), bridges=(), **shear):
             "shear": locking | place | shear,
             "yarns": {"warp": yarn, "weft": yarn},
             "bridging": {"list": list(bridges)},
+            "misalignment": [{"name": "rib", "family": "warp", "mean_deg": 4.0, "max_deg": 9.0}],
         },
     }
 
@@ -87,6 +89,7 @@ def test_a_wave_too_short_for_the_mesh_fails_too_and_says_so():
         ({"shear_deg": 46.0}, "shear of 47.0°, allowed 46°"),
         ({"yarn_strain": 0.015}, "warp strain of 2 %, allowed 1.5 %"),
         ({"fibre_volume_fraction": 0.7}, "fibre volume fraction of 80 %, allowed 70 %"),
+        ({"misalignment_deg": {"rib": 3.0}}, "warp off rib by 4.0° in the mean, allowed 3°"),
         ({"coverage": {"punch": 0.5}}, "covered by plies on 40 %, wanted 50 %"),
     ],
 )
@@ -115,6 +118,8 @@ def test_what_is_not_known_is_said_not_to_be_judged():
 def test_an_unknown_tool_or_an_old_run_is_unusable():
     with pytest.raises(InputError, match="did you mean 'punch'"):
         judge(summary(), HISTORY, Limits(coverage={"punsh": 0.1}))
+    with pytest.raises(InputError, match="unknown wanted direction 'web'"):
+        judge(summary(), HISTORY, Limits(misalignment_deg={"web": 3.0}))
     old = summary()
     del old["plies"][0]["defects"]
     with pytest.raises(InputError, match="older version"):
@@ -142,6 +147,14 @@ def test_the_file_of_limits(tmp_path):
             read_limits(file)
     with pytest.raises(InputError, match="cannot be read"):
         read_limits(tmp_path / "none.toml")
+
+
+def test_the_file_of_the_documents_can_be_read(tmp_path):
+    page = (Path(__file__).parents[1] / "docs" / "defects.md").read_text("utf-8")
+    file = tmp_path / "limits.toml"
+    file.write_text(page.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    limits = read_limits(file)
+    assert limits.bridge_gap == pytest.approx(5e-4) and limits.coverage == {"punch": 0.4}
 
 
 def test_judging_a_run_folder(tmp_path, capsys):

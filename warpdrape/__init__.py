@@ -12,6 +12,7 @@ from warpdrape import units  # noqa: E402
 
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
+    from warpdrape.defects.alignment import WantedDirection
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.materials.bending import Bending, BendingCurve
@@ -42,6 +43,7 @@ __all__ = [
     "Still",
     "Stroke",
     "Tool",
+    "WantedDirection",
     "lay_up",
     "stack_top",
     "units",
@@ -65,6 +67,7 @@ _HOME = {
     "Still": "tools.motion",
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
+    "WantedDirection": "defects.alignment",
     "lay_up": "blanks.ply",
     "stack_top": "blanks.ply",
 }

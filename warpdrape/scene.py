@@ -30,6 +30,7 @@ class Scene(Setup):
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         defects: from which size on something counts as a defect.
+        wanted: directions that yarns should have, against which misalignment is reported.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
         report: function of the finished result to further entries of ``summary.json``.

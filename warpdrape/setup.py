@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.alignment import WantedDirection
 from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.numerics import Numerics
@@ -97,13 +98,15 @@ class Setup:
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     defects: DefectThresholds = field(default_factory=DefectThresholds)
+    wanted: Sequence[WantedDirection] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     script: str = ""
     report: Callable[[Result], Mapping[str, Any]] | None = None
     write: Callable[[Result, RunFolder], None] | None = None
 
     def __post_init__(self) -> None:
-        for name, kind in (("plies", Ply), ("tools", Tool), ("clamps", Clamp)):
+        kinds = (("plies", Ply), ("tools", Tool), ("clamps", Clamp), ("wanted", WantedDirection))
+        for name, kind in kinds:
             object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
         if not self.plies:
             raise InputError("a scene needs at least one ply")
@@ -129,6 +132,10 @@ class Setup:
         _refuse_other_units(self.plies, self.tools)
         for clamp in self.clamps:
             one_of("ply", clamp.ply, [ply.name for ply in self.plies])
+        for wanted in self.wanted:
+            names = [ply.name for ply in self.plies]
+            ply = self.plies[names.index(one_of("ply", wanted.ply, names))]
+            wanted.region(ply.rest_points[np.asarray(ply.mesh.triangles)].mean(axis=1))
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
             if low.z - high.z >= need:

@@ -43,6 +43,11 @@ def _parts(ply: Mapping[str, Any]) -> list[str]:
     parts += [*_shear(defects["shear"]), *_yarns(defects["yarns"])]
     drawn = defects["draw_in"]
     parts.append(f"edge drawn in {_mm(drawn['min_m'])} to {_mm(drawn['max_m'])}")
+    parts += [
+        f"{own['family']} off {own['name']} by {own['mean_deg']:.1f}° in the mean, up to "
+        f"{own['max_deg']:.1f}°"
+        for own in defects["misalignment"]
+    ]
     if "fibre_volume_fraction" in ply:
         volume = ply["fibre_volume_fraction"]
         parts.append(f"fibre volume {100 * volume['min']:.3g} to {100 * volume['max']:.3g} %")

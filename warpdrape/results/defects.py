@@ -12,6 +12,7 @@ import numpy as np
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import area_percentile
+from warpdrape.defects.alignment import misalignment_entry, misalignments
 from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.outline import outline_draw_in
 from warpdrape.defects.thickness import (
@@ -156,7 +157,20 @@ def defect_entries(
             for number_of_family, (family, own) in enumerate(yarns.items())
         },
         "draw_in": outline_draw_in(ply.mesh, formed.points),
+        "misalignment": _misalignment(scene, formed, areas),
     }
+    return entries
+
+
+def _misalignment(scene: Setup, formed: FormedPly, areas: np.ndarray) -> list[dict[str, Any]]:
+    """Entries of the directions that are wanted of a ply."""
+    middles = formed.rest_points[formed.triangles].mean(axis=1)
+    entries = []
+    for wanted in scene.wanted:
+        if wanted.ply == formed.name:
+            yarns = getattr(formed, wanted.family)
+            angles = misalignments(yarns, formed.points, formed.triangles, wanted.direction)
+            entries.append(misalignment_entry(wanted, angles, areas, wanted.region(middles)))
     return entries
 
 

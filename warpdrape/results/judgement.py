@@ -63,6 +63,10 @@ def judge(
         faults += _shear(ply, history, limits)
         faults += _bridges(ply, limits)
         faults += _yarns(ply, limits)
+        faults += _misalignment(ply, limits)
+    known = [w["name"] for ply in summary["plies"] for w in ply["defects"]["misalignment"]]
+    for name in limits.misalignment_deg:
+        one_of("wanted direction", name, known)
     tools = {tool["name"]: tool.get("coverage", 0.0) for tool in summary["tools"]}
     for name, least in limits.coverage.items():
         one_of("tool", name, tools)
@@ -175,6 +179,14 @@ def _yarns(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
     if most is not None and volume is not None and volume["max"] > most:
         words = f"fibre volume fraction of {_percent(volume['max'])}, allowed {_percent(most)}"
         yield Fault(ply["name"], words)
+
+
+def _misalignment(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
+    for own in ply["defects"]["misalignment"]:
+        most = limits.misalignment_deg.get(own["name"])
+        if most is not None and own["mean_deg"] > most:
+            words = f"{own['family']} off {own['name']} by {own['mean_deg']:.1f}° in the mean, "
+            yield Fault(ply["name"], words + f"allowed {most:g}°")
 
 
 def _since(history: Mapping[str, np.ndarray], column: str, limit: float) -> float | None:

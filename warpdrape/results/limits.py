@@ -23,6 +23,7 @@ _QUANTITIES = {
     "failed_yarn_area": "ratio",
     "fibre_volume_fraction": "ratio",
 }
+_TABLES = ("misalignment_deg", "coverage")
 _WITH_UNIT = re.compile(r"\s*([-+0-9.eE]+)\s*(\S.*?)\s*")
 
 
@@ -41,6 +42,7 @@ class Limits:
         yarn_strain: of any yarn, in tension [-].
         failed_yarn_area: share of a ply whose yarns are past their failure strain [-].
         fibre_volume_fraction: anywhere [-].
+        misalignment_deg: mean angle of yarns from a wanted direction [deg], by its name.
         coverage: least share of tools' surfaces with a ply on them [-], by the tool's name.
     """
 
@@ -52,6 +54,7 @@ class Limits:
     yarn_strain: float | None = None
     failed_yarn_area: float | None = 0.0
     fibre_volume_fraction: float | None = None
+    misalignment_deg: Mapping[str, float] = field(default_factory=dict)
     coverage: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -59,8 +62,12 @@ class Limits:
             value = getattr(self, name)
             if value is not None:
                 positive(name, value, zero=True)
-        if not isinstance(self.coverage, Mapping):
-            raise InputError(f"coverage = {self.coverage!r} must be a table: tool = share")
+        for name in _TABLES:
+            if not isinstance(getattr(self, name), Mapping):
+                value = getattr(self, name)
+                raise InputError(f"{name} = {value!r} must be a table, as {{name = 0.5}}")
+        for wanted, angle in self.misalignment_deg.items():
+            positive(f"misalignment_deg of {wanted}", angle, zero=True, unit="deg")
         for tool, share in self.coverage.items():
             if positive(f"coverage of {tool}", share, zero=True) > 1.0:
                 raise InputError(f"coverage of {tool} = {share} must be a share, at most 1")
@@ -91,7 +98,7 @@ def read_limits(path: str | os.PathLike[str]) -> Limits:
             raise InputError(f"limits {file}: key {key!r} is unknown{nearest(key, known)}")
     values: dict[str, Any] = dict.fromkeys(_QUANTITIES)
     for key, value in given.items():
-        values[key] = value if key == "coverage" else _in_si(file, key, value)
+        values[key] = value if key in _TABLES else _in_si(file, key, value)
     try:
         return Limits(**values)
     except InputError as error:
