@@ -27,7 +27,7 @@ from warpdrape.defects.wrinkle_field import WrinkleField, wrinkle_field
 SIDES_PER_WAVE = 4.0
 """Sides of triangles that a wave must be long for the mesh to carry it as the fabric would [-]."""
 LEAST_LENGTH = 1.0
-"""Length of a wrinkle over its wavelength, at least [-]: it is twice as long as wide; less is
+"""Length of a wrinkle over its wavelength, at least [-]: twice as long as it is wide; less is
 a dimple."""
 
 

@@ -46,7 +46,7 @@ def _parts(ply: Mapping[str, Any]) -> list[str]:
     parts += [
         f"{own['family']} off {own['name']} by {own['mean_deg']:.1f}° in the mean, up to "
         f"{own['max_deg']:.1f}°"
-        for own in defects["misalignment"]
+        for own in defects.get("misalignment", ())
     ]
     if "fibre_volume_fraction" in ply:
         volume = ply["fibre_volume_fraction"]

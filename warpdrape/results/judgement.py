@@ -64,7 +64,7 @@ def judge(
         faults += _bridges(ply, limits)
         faults += _yarns(ply, limits)
         faults += _misalignment(ply, limits)
-    known = [w["name"] for ply in summary["plies"] for w in ply["defects"]["misalignment"]]
+    known = [w["name"] for ply in summary["plies"] for w in ply["defects"].get("misalignment", ())]
     for name in limits.misalignment_deg:
         one_of("wanted direction", name, known)
     tools = {tool["name"]: tool.get("coverage", 0.0) for tool in summary["tools"]}
@@ -182,7 +182,7 @@ def _yarns(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
 
 
 def _misalignment(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
-    for own in ply["defects"]["misalignment"]:
+    for own in ply["defects"].get("misalignment", ()):
         most = limits.misalignment_deg.get(own["name"])
         if most is not None and own["mean_deg"] > most:
             words = f"{own['family']} off {own['name']} by {own['mean_deg']:.1f}° in the mean, "
