@@ -62,21 +62,18 @@ def find_bridges(
     nearest = np.argmin(clearances, axis=0)
     gaps = clearances[nearest, np.arange(len(points))]
     off = gaps > least
-    bridges = []
     count, part = components(graph, off)
+    bridges = []
     for number in range(count):
         inside = part == number
-        if inside[outline].any():
-            continue
         rim = (graph @ inside.astype(float) > 0.0) & ~inside
         tool = int(np.argmax(np.bincount(nearest[rim], minlength=len(clearances))))
-        if np.mean(clearances[tool, rim] <= least) < ALL_ROUND:
+        if inside[outline].any() or np.mean(clearances[tool, rim] <= least) < ALL_ROUND:
             continue
-        if np.mean(beneath[tool, inside]) < OVER_IT:
-            continue
-        vertex = int(np.flatnonzero(inside)[np.argmax(clearances[tool, inside])])
-        gap, area = float(clearances[tool, vertex]), float(areas[inside].sum())
-        bridges.append(Bridge(tool, vertex, gap, area))
+        if np.mean(beneath[tool, inside]) >= OVER_IT:
+            vertex = int(np.flatnonzero(inside)[np.argmax(clearances[tool, inside])])
+            gap, area = float(clearances[tool, vertex]), float(areas[inside].sum())
+            bridges.append(Bridge(tool, vertex, gap, area))
     return tuple(sorted(bridges, key=lambda bridge: -bridge.gap))
 
 

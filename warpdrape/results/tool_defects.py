@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.defects.bridging import clearances, find_bridges
+from warpdrape.defects.bridging import Bridge, clearances, find_bridges
 from warpdrape.defects.coverage import coverage
 from warpdrape.defects.crest_lobes import edge_graph
 from warpdrape.defects.gaps import SurfaceGaps, ToolGaps
@@ -27,30 +27,14 @@ def bridge_entries(
         gaps: distances from the tools.
         shifts: translations of the tools since the start [m], shape [tool, 3].
     """
-    thick = np.array([ply.fabric.thickness for ply in scene.plies])
     entries = []
-    for number, (ply, formed) in enumerate(zip(scene.plies, plies, strict=True)):
-        off = clearances(
-            gaps.ways(formed.points, shifts),
-            formed.points,
-            formed.triangles,
-            below=float(thick[:number].sum() + 0.5 * thick[number]),
-            above=float(thick[number + 1 :].sum() + 0.5 * thick[number]),
-        )
-        bridges = find_bridges(
-            edge_graph(ply.mesh),
-            np.asarray(ply.mesh.boundary_vertices),
-            formed.points,
-            formed.triangles,
-            off,
-            gaps.beneath(formed.points, vertex_normals(formed.points, formed.triangles), shifts),
-            scene.defects.bridge_gap * thick[number],
-        )
+    for number, formed in enumerate(plies):
+        bridges = _bridges(scene, number, formed, gaps, shifts)
         entries.append(
             {
                 "number": len(bridges),
                 "max_gap_m": max((bridge.gap for bridge in bridges), default=0.0),
-                "area_m2": sum(bridge.area for bridge in bridges),
+                "area_m2": float(sum(bridge.area for bridge in bridges)),
                 "list": [
                     {
                         "tool": scene.tools[bridge.tool].name,
@@ -64,6 +48,20 @@ def bridge_entries(
             }
         )
     return entries
+
+
+def _bridges(
+    scene: Setup, number: int, formed: FormedPly, gaps: ToolGaps, shifts: np.ndarray
+) -> tuple[Bridge, ...]:
+    """Bridges of one ply of the stack, by its number."""
+    mesh, points, triangles = scene.plies[number].mesh, formed.points, formed.triangles
+    thick = np.array([ply.fabric.thickness for ply in scene.plies])
+    below = float(thick[:number].sum() + 0.5 * thick[number])
+    above = float(thick[number + 1 :].sum() + 0.5 * thick[number])
+    off = clearances(gaps.ways(points, shifts), points, triangles, below, above)
+    beneath = gaps.beneath(points, vertex_normals(points, triangles), shifts)
+    outline, least = np.asarray(mesh.boundary_vertices), scene.defects.bridge_gap * thick[number]
+    return find_bridges(edge_graph(mesh), outline, points, triangles, off, beneath, least)
 
 
 def coverages(scene: Setup, plies: Sequence[FormedPly], shifts: np.ndarray) -> list[float]:
