@@ -311,3 +311,16 @@ def test_faults_in_files_are_named_with_their_line(tmp_path, text, words):
     with pytest.raises(InputError, match=words) as caught:
         load_fabric(written(tmp_path, text))
     assert "mine.toml, line " in str(caught.value)
+
+
+def test_the_density_of_the_fibres_may_stand_in_the_law_alone(tmp_path):
+    path = written(tmp_path, POWER_TEXT)
+    text = path.read_text(encoding="utf-8")
+    start = text.index("[fibre_density]")
+    path.write_text(text[:start] + text[text.index("[yarns_warp]") :], encoding="utf-8")
+    fabric = load_fabric(path)
+    assert fabric.fibre_density == pytest.approx(1760.0)
+    assert fabric.sources["fibre_density"].text == "a test"
+    path.write_text(text.replace("1.76\nunit", "1.9\nunit", 1), encoding="utf-8")
+    with pytest.raises(InputError, match="the fabric's fibre_density is 1900: give both the same"):
+        load_fabric(path)

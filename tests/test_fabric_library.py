@@ -403,3 +403,38 @@ def test_yarns_of_a_wrong_unit_are_warned_about(tmp_path, old, new, words):
     with pytest.warns(UserWarning, match=re.escape(words)) as caught:
         load_fabric(path)
     assert "check the stiffness, the yarns per length" in str(caught[0].message)
+
+
+LIMITS = """
+[fibre_density]
+value = 2.6
+unit = "g/cm³"
+status = "assumed"
+source = "glass"
+
+[locking_angle]
+value = 48
+unit = "deg"
+status = "measured"
+source = "picture frame"
+
+[failure_strain_warp]
+value = 1.5
+unit = "%"
+status = "assumed"
+source = "data sheet"
+"""
+
+
+def test_limits_for_judging_are_read_and_shown(write):
+    fabric = load_fabric(write(("[tension]", f"{LIMITS}\n[tension]")))
+    assert fabric.fibre_density == pytest.approx(2600.0)
+    assert fabric.locking_angle == pytest.approx(math.radians(48.0))
+    assert fabric.failure_strain_warp == pytest.approx(0.015)
+    assert fabric.failure_strain_weft is None
+    text = card(fabric)
+    assert re.search(r"locking_angle +48 deg +0\.8378 rad +measured", text)
+    assert re.search(r"failure_strain_warp +1\.5 % +0\.015", text)
+    assert re.search(r"fibre volume fraction, flat +38\.5 %", text)
+    with pytest.raises(InputError, match=r"line \d+: .*failure_strain_warp = 15.*give 0.015"):
+        load_fabric(write(("[tension]", f"{LIMITS}\n[tension]"), ("value = 1.5", "value = 1500")))

@@ -36,7 +36,10 @@ def test_it_is_the_result_of_the_run_in_single_precision(pressed):
     read = wd.read_run(folder)
     assert [ply.name for ply in read.plies] == ["ply_0", "ply_1", "ply_2"]
     for one, other in zip(ran.plies, read.plies, strict=True):
+        assert one.wrinkling is not None and other.wrinkling is None
         for field in dataclasses.fields(FormedPly)[1:]:
+            if field.name == "wrinkling":
+                continue
             assert same(getattr(one, field.name), getattr(other, field.name)), field.name
         assert np.ptp(np.sign(other.shear_angle)) == 2.0  # signed, either way
     for one, other in zip(ran.tools, read.tools, strict=True):

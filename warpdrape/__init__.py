@@ -12,6 +12,8 @@ from warpdrape import units  # noqa: E402
 
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
+    from warpdrape.defects.alignment import WantedDirection
+    from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
@@ -32,6 +34,7 @@ __all__ = [
     "BendingCurve",
     "Clamp",
     "Compaction",
+    "DefectThresholds",
     "Fabric",
     "Float",
     "Friction",
@@ -48,6 +51,7 @@ __all__ = [
     "Still",
     "Stroke",
     "Tool",
+    "WantedDirection",
     "lay_up",
     "read_run",
     "stack_top",
@@ -59,6 +63,7 @@ _HOME = {
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",
     "Clamp": "setup",
+    "DefectThresholds": "defects.thresholds",
     "Fabric": "materials.fabric",
     "Float": "tools.motion",
     "Friction": "materials.friction",
@@ -75,6 +80,7 @@ _HOME = {
     "Still": "tools.motion",
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
+    "WantedDirection": "defects.alignment",
     "lay_up": "blanks.ply",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",

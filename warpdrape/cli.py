@@ -17,8 +17,8 @@ from warpdrape.commands.arguments import build_parser, whole
 if TYPE_CHECKING:
     from warpdrape.results.result import Result
 
-DONE, FAILED, UNUSABLE = 0, 1, 2
-"""Exit status: all went well; the run failed; the input cannot be used."""
+DONE, FAILED, UNUSABLE, UNFIT = 0, 1, 2, 3
+"""Exit status: all went well; the run failed; the input cannot be used; the part is unfit."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -161,6 +161,25 @@ def _export(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _judge(arguments: argparse.Namespace) -> int:
+    from warpdrape.results.judgement import judge, not_judged, verdict
+    from warpdrape.results.judgement_picture import draw_judgement
+    from warpdrape.results.limits import Limits, read_limits
+    from warpdrape.results.run_folder import JUDGEMENT
+    from warpdrape.results.run_tables import read_history, read_summary
+
+    limits = Limits() if arguments.limits is None else read_limits(arguments.limits)
+    folder = Path(arguments.run)
+    summary = read_summary(folder)
+    if summary["status"] != "completed":
+        return _complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
+    faults = judge(summary, read_history(folder), limits)
+    print(verdict(faults, not_judged(summary, limits)))
+    out = folder / JUDGEMENT if arguments.out is None else Path(arguments.out)
+    print(f"Marked in {draw_judgement(folder, summary, faults, out)}")
+    return UNFIT if faults else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -200,6 +219,7 @@ _COMMANDS = {
     "fabrics": _fabrics,
     "picture": _picture,
     "export": _export,
+    "judge": _judge,
     "verify": _verify,
     "info": _info,
 }

@@ -15,6 +15,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.phases import Profile
 from warpdrape.errors import RunFailed
 from warpdrape.interaction import Measured
+from warpdrape.results.defects import DefectWatch
 from warpdrape.results.frame_data import PlyShape, ToolShape
 from warpdrape.results.frames_file import Mark
 from warpdrape.results.history import history_row
@@ -24,6 +25,7 @@ from warpdrape.results.result import (
     place_tools,
     read_plies,
     shown_at_vertices,
+    shown_of_defects,
 )
 from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
 from warpdrape.results.run_record import run_record
@@ -86,6 +88,7 @@ class Recorder:
         self._profiled, self._loading = profile, loading
         self._model, self._folder = model, folder
         self.watch = Watch(model, None if earlier is None else earlier.seen)
+        self._defects = DefectWatch(model.scene)
         self._rows: list[dict[str, float]] = []
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
@@ -112,7 +115,13 @@ class Recorder:
         self._usd = UsdWriter(
             folder.scene_path,
             [
-                PlyShape(p.name, p.rest_points, p.mesh.triangles, shown_at_vertices(scene, p))
+                PlyShape(
+                    p.name,
+                    p.rest_points,
+                    p.mesh.triangles,
+                    shown_at_vertices(scene, p),
+                    shown_of_defects(p),
+                )
                 for p in scene.plies
             ],
             [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
@@ -139,7 +148,8 @@ class Recorder:
         self._keep(state, measure(self._model, state))
 
     def _keep(self, state: State, measured: tuple[Measured, ...]) -> None:
-        self._plies = read_plies(self._model, state, measured)
+        plies = read_plies(self._model, state, measured)
+        self._plies = self._defects.look(plies, state.tools.shift.numpy())
         self._measured = measured
         self._shift = state.tools.shift.numpy().copy()
         self._loose = loose_plies(self._model, state, measured)
@@ -173,6 +183,7 @@ class Recorder:
         now, steps = loading.simulated, self.steps - self.tally.steps_before
         plies = read_plies(model, state, measured)
         self.watch.look(state, plies, energies, now)
+        plies = self._defects.look(plies, state.tools.shift.numpy())
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, measured, before)
         for name, value in row.items():
@@ -213,6 +224,7 @@ class Recorder:
             steps=self.steps,
             wall=wall,
         )
+        self._defects.add_at_end(summary, self._plies)
         if self._profiled:
             summary["phases_s"] = self.profile.seconds()
         result = Result(self._plies, summary, history, place_tools(model.scene, self._shift))

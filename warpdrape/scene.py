@@ -34,6 +34,8 @@ class Scene(Setup):
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
+        defects: from which size on something counts as a defect.
+        wanted: directions that yarns should have, against which misalignment is reported.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
         call: how the command line began it, for ``warpdrape resume``; empty from Python.

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.alignment import WantedDirection
+from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
@@ -95,6 +97,8 @@ class Setup:
     self_contact: bool = True
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
+    defects: DefectThresholds = field(default_factory=DefectThresholds)
+    wanted: Sequence[WantedDirection] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     script: str = ""
     call: Mapping[str, Any] = field(default_factory=dict)
@@ -108,13 +112,8 @@ class Setup:
         return "\n  ".join([f"{heading(self)}: {1e3 * self.duration:.4g} ms", *things])
 
     def __post_init__(self) -> None:
-        for name, kind in (
-            ("plies", Ply),
-            ("tools", Tool),
-            ("clamps", Clamp),
-            ("pressures", Pressure),
-            ("springs", Spring),
-        ):
+        kinds = (("plies", Ply), ("tools", Tool), ("clamps", Clamp), ("pressures", Pressure))
+        for name, kind in (*kinds, ("springs", Spring), ("wanted", WantedDirection)):
             object.__setattr__(self, name, _all_of(name, getattr(self, name), kind))
         if not self.plies:
             raise InputError("a scene needs at least one ply")
@@ -124,6 +123,8 @@ class Setup:
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
+        if not isinstance(self.defects, DefectThresholds):
+            raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
         acting = self.tools + self.clamps + self.pressures + self.springs
         for kind, things in (("ply", self.plies), ("tool, clamp, pressure or spring", acting)):
             names = [thing.name for thing in things]
@@ -140,6 +141,10 @@ class Setup:
         _refuse_other_units(self.plies, self.tools)
         for held in self.clamps + self.pressures + self.springs:
             one_of("ply", held.ply, [ply.name for ply in self.plies])
+        for wanted in self.wanted:
+            names = [ply.name for ply in self.plies]
+            ply = self.plies[names.index(one_of("ply", wanted.ply, names))]
+            wanted.region(ply.rest_points[np.asarray(ply.mesh.triangles)].mean(axis=1))
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)
             if low.z - high.z >= need:

@@ -41,6 +41,7 @@ def build_parser() -> argparse.ArgumentParser:
     fabrics.add_argument("--plot", metavar="FILE", help="draw its curves to a .png, .pdf or .svg")
     _add_picture(commands)
     _add_export(commands)
+    _add_judge(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -150,7 +151,7 @@ def _add_picture(commands: Any) -> None:
         metavar="FIELD",
         default="shear",
         help="shear if not given; warp- or weft-strain, -tension, -curvature; slip, "
-        "contact-pressure, tool-pressure",
+        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle",
     )
     picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
     picture.add_argument(
@@ -158,6 +159,24 @@ def _add_picture(commands: Any) -> None:
     )
     picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
     picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _add_judge(commands: Any) -> None:
+    judge = _add(
+        commands,
+        "judge",
+        "say whether a run's defects are within limits, and mark where not",
+        "Exit status: 0 fit, 3 unfit, 1 the run failed, 2 the input cannot be used.",
+    )
+    judge.add_argument("run", metavar="RUN", help="the folder of a run")
+    judge.add_argument(
+        "limits",
+        metavar="LIMITS",
+        nargs="?",
+        help="a .toml file with limits; if not given: no wrinkle, no bridge, nothing past locking "
+        "or failure",
+    )
+    judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
 
 
 def _add_export(commands: Any) -> None:

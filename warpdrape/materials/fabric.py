@@ -21,6 +21,10 @@ from warpdrape.materials.laws import (
 )
 from warpdrape.wording import value
 
+MOST_FIBRES = 0.907
+"""Share of a ply that round fibres can fill at most [-]: π/√12, side by side."""
+MOST_STRAIN = 0.5
+"""Strain beyond which a yarn cannot have failed only then [-]."""
 STATUSES = ("measured", "second-hand", "inferred", "assumed")
 
 
@@ -61,6 +65,10 @@ class Fabric:
         yarn_angle: angle from warp to weft in the flat ply [rad].
         bending: resistance to bending; None for a ply that bends freely.
         compaction: pressure against thickness; None for a ply that keeps its thickness.
+        fibre_density: of the fibres' material [kg/m³]; None where it is not known.
+        locking_angle: shear angle from which on the fabric locks [rad]; None where not known.
+        failure_strain_warp: strain at which warp yarns fail [-]; None where it is not known.
+        failure_strain_weft: the same of weft yarns.
         sources: value name → where it comes from.
         description: what it is, in a line.
         doubts: what is uncertain about the fabric as a whole.
@@ -77,6 +85,10 @@ class Fabric:
     yarn_angle: float = math.pi / 2
     bending: Bending | BendingCurve | None = None
     compaction: Compaction | None = None
+    fibre_density: float | None = None
+    locking_angle: float | None = None
+    failure_strain_warp: float | None = None
+    failure_strain_weft: float | None = None
     sources: Mapping[str, Source] = field(default_factory=dict)
     description: str = ""
     doubts: tuple[str, ...] = ()
@@ -131,6 +143,7 @@ class Fabric:
                 f"thickness is {self.thickness:.6g} m: give both the same"
             )
         self._check_crimp()
+        self._check_limits()
         falling = falling_angle(self.shear)
         if falling is not None:
             table = isinstance(self.shear, ShearTable)
@@ -152,6 +165,28 @@ class Fabric:
                     f"the crimp law's spacing_{family} = {spacing} m must equal "
                     f"cell_{family} = {cell} m"
                 )
+
+    def _check_limits(self) -> None:
+        """Refuse densities and limits that have another unit."""
+        if self.fibre_density is not None:
+            positive("fibre_density", self.fibre_density, unit="kg/m³")
+            packed = self.areal_density / (self.fibre_density * self.thickness)
+            if packed > MOST_FIBRES:
+                raise InputError(
+                    f"fibre_density = {self.fibre_density:.4g} kg/m³ fills {100 * packed:.3g} % of "
+                    f"the ply with fibres, more than {100 * MOST_FIBRES:.3g} %: check it, the "
+                    "areal_density and the thickness"
+                )
+        if self.locking_angle is not None and not (
+            0.0 < finite("locking_angle", self.locking_angle) < 0.5 * math.pi
+        ):
+            raise InputError(
+                f"locking_angle = {self.locking_angle} rad must lie between 0 and 1.57 (90°)"
+            )
+        for name in ("failure_strain_warp", "failure_strain_weft"):
+            value = getattr(self, name)
+            if value is not None and positive(name, value) > MOST_STRAIN:
+                raise InputError(f"{name} = {value} is above {MOST_STRAIN:g}: give 0.015 for 1.5 %")
 
     @property
     def bends(self) -> bool:

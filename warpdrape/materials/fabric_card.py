@@ -68,6 +68,8 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         ("areal_density", f"{fabric.areal_density:.4g} kg/m²"),
         ("thickness", f"{fabric.thickness:.4g} m"),
     ]
+    if fabric.fibre_density is not None:
+        values.append(("fibre_density", f"{fabric.fibre_density:.4g} kg/m³"))
     yarns = not isinstance(fabric.tension, IsotropicMembrane)
     if yarns:
         values += [
@@ -77,6 +79,11 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         ]
     if "yarn_angle" in fabric.sources or abs(fabric.yarn_angle - math.pi / 2) > 1e-12:
         values.append(("yarn_angle", f"{fabric.yarn_angle:.4g} rad"))
+    if fabric.locking_angle is not None:
+        values.append(("locking_angle", f"{fabric.locking_angle:.4g} rad"))
+    for name in ("failure_strain_warp", "failure_strain_weft"):
+        if getattr(fabric, name) is not None:
+            values.append((name, f"{getattr(fabric, name):.4g}"))
     values += [(f"tension.{name}", text) for name, text in _tension_values(fabric.tension)]
     if isinstance(fabric.shear, ShearTable):
         angles, couples = fabric.shear.angles, fabric.shear.couples
@@ -147,6 +154,9 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
             ("yarns per cm, warp and weft", f"{0.01 / b1:.4g}, {0.01 / b2:.4g}"),
             ("cell area", f"{fabric.cell_area * 1e6:.4g} mm²"),
         ]
+    if fabric.fibre_density is not None:
+        packed = fabric.areal_density / (fabric.fibre_density * fabric.thickness)
+        rows.append(("fibre volume fraction, flat", f"{100 * packed:.3g} %"))
     rows.append(("shear stiffness at 0°", f"{initial_shear_stiffness(fabric):.4g} N/m"))
     if not isinstance(fabric.shear, NoShear):
         for angle in (30, 45, 60):

@@ -37,6 +37,10 @@ _SCALARS = {
     "thickness": "length",
     "compressive_factor": "ratio",
     "yarn_angle": "angle",
+    "fibre_density": "density",
+    "locking_angle": "angle",
+    "failure_strain_warp": "ratio",
+    "failure_strain_weft": "ratio",
 }
 _CELL = {
     "yarns_warp": "yarns per length",
@@ -166,6 +170,7 @@ def _fabric(file: Section) -> Fabric:
     shear = _shear(file, sources)
     bending = _bending(file, values, tension, sources)
     compaction = _compaction(file, values, sources)
+    _one_fibre_density(file, values, sources)
     try:
         fabric = Fabric(
             name=file.text("name"),
@@ -342,6 +347,22 @@ def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Comp
         section.fail("", f"coefficient, exponent, fibre_density, largest_pressure: {error}")
     except InputError as error:
         section.blame(error)
+
+
+def _one_fibre_density(file: Section, values: dict[str, Any], sources: Sources) -> None:
+    """Take the fibres' density from the compaction law where it is given there alone."""
+    if "compaction.fibre_density" not in sources:
+        return
+    section = file.section("compaction")
+    density, source = section.quantity("fibre_density", "density")
+    density = float(np.asarray(density).item())
+    own = values.setdefault("fibre_density", density)
+    sources.setdefault("fibre_density", source)
+    if not math.isclose(own, density, rel_tol=1e-6):
+        section.fail(
+            "fibre_density.value",
+            f"{density:.6g} kg/m³, the fabric's fibre_density is {own:.6g}: give both the same",
+        )
 
 
 def _bending_curve(section: Section, sources: Sources) -> BendingCurve:

@@ -17,12 +17,14 @@ class PlyShape:
         rest_points: the flat blank [m], shape (n, 3).
         triangles: vertex numbers, shape (m, 3).
         at_vertices: quantities of its frames that are given at vertices, by their names there.
+        in_triangles: the same of those in triangles that not every ply has.
     """
 
     name: str
     rest_points: ArrayLike
     triangles: ArrayLike
     at_vertices: Sequence[str] = ()
+    in_triangles: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,9 @@ class PlyFrame:
             there is none, as the next two.
         contact_pressure: of plies [Pa], shape (n,).
         tool_pressure: of tools [Pa], shape (n,).
+        thickness: [m], shape (m,).
+        fibre_volume_fraction: [-], shape (m,).
+        wrinkle: amplitude of wrinkles, 0 where there is none [m], shape (m,).
     """
 
     points: ArrayLike
@@ -75,3 +80,6 @@ class PlyFrame:
     slip: ArrayLike | None = None
     contact_pressure: ArrayLike | None = None
     tool_pressure: ArrayLike | None = None
+    thickness: ArrayLike | None = None
+    fibre_volume_fraction: ArrayLike | None = None
+    wrinkle: ArrayLike | None = None

@@ -10,6 +10,7 @@ import numpy as np
 from warpdrape.dynamics.energy import Energies
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured
+from warpdrape.results.defects import defect_columns
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
 from warpdrape.state import State
@@ -68,6 +69,8 @@ def history_row(
         row.update(each.readings)
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
+    for ply in plies:
+        row.update(defect_columns(ply))
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
     for name in ("kinetic", "internal", "friction", "damping", "contact", "external_work"):
         row[f"{name}_j"] = getattr(energies, name)

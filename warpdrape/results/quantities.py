@@ -96,6 +96,9 @@ QUANTITIES = {
     "slip": Quantity("slip", "slip", "mm", 1e3),
     "contact-pressure": Quantity("contact pressure", "contactPressure", "kPa", 1e-3, spiky=True),
     "tool-pressure": Quantity("tool pressure", "toolPressure", "kPa", 1e-3, spiky=True),
+    "thickness": Quantity("thickness", "thickness", "mm", 1e3),
+    "fibre-volume": Quantity("fibre volume fraction", "fibreVolumeFraction", "%", 100.0),
+    "wrinkle": Quantity("wrinkle amplitude", "wrinkle", "mm", 1e3),
 }
 """By the name that a user gives."""
 

@@ -7,10 +7,8 @@ folder is executed, and no file outside it is opened.
 
 from __future__ import annotations
 
-import csv
-import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -22,10 +20,15 @@ from pxr import Sdf, Tf, Usd, UsdGeom
 from warpdrape.errors import InputError
 from warpdrape.results.fields import FIELDS
 from warpdrape.results.result import FormedPly, PlacedTool, Result
-from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY, partial_path
+from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY
+from warpdrape.results.run_tables import (
+    AGAIN,
+    check_whole,
+    load_json,
+    read_history,
+    read_summary,
+)
 from warpdrape.results.usd import PlyFrame
-
-_AGAIN = "run the scene again"
 
 
 def read_run(folder: str | os.PathLike[str], *, frame: int = -1) -> Result:
@@ -58,10 +61,10 @@ class RunReader:
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         """Open a folder; raise `InputError` if it is none, unfinished or damaged."""
         self.folder = Path(folder)
-        _check_whole(self.folder)
-        self.summary = _read_summary(self.folder / SUMMARY)
+        check_whole(self.folder)
+        self.summary = read_summary(self.folder)
         self._stage = _open(self.folder / SCENE)
-        self.history = _read_history(self.folder / HISTORY)
+        self.history = read_history(self.folder)
         with self._damage_named():
             self._plies, self._tools = self._meshes("plies"), self._meshes("tools")
             self._check_plies()
@@ -70,7 +73,7 @@ class RunReader:
         if len(self._times) != self.frames:
             raise InputError(
                 f"run folder {self.folder}: {SCENE} has {len(self._times)} frames and {HISTORY} "
-                f"{self.frames}: the files are of different runs, or damaged; {_AGAIN}"
+                f"{self.frames}: the files are of different runs, or damaged; {AGAIN}"
             )
 
     def ply_thicknesses(self) -> list[float]:
@@ -80,17 +83,17 @@ class RunReader:
             InputError: if ``run.json`` is missing or damaged.
         """
         if not (self.folder / RUN).is_file():
-            raise InputError(f"run folder {self.folder} holds no {RUN}: {_AGAIN}")
-        record = _load(self.folder / RUN)
+            raise InputError(f"run folder {self.folder} holds no {RUN}: {AGAIN}")
+        record = load_json(self.folder / RUN)
         try:
             names = [ply["fabric"] for ply in record["plies"]]
             found = [float(record["fabrics"][name]["thickness"]) for name in names]
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
-                f"{self.folder / RUN} has no thickness of the plies: it is damaged; {_AGAIN}"
+                f"{self.folder / RUN} has no thickness of the plies: it is damaged; {AGAIN}"
             ) from error
         if len(found) != len(self.summary["plies"]):
-            raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {_AGAIN}")
+            raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {AGAIN}")
         return found
 
     def result(self, frame: int = -1) -> Result:
@@ -140,7 +143,7 @@ class RunReader:
         if not found or said != found:
             raise InputError(
                 f"run folder {self.folder}: {SCENE} has plies of {found} triangles and {SUMMARY} "
-                f"of {said}: the files are of different runs, or damaged; {_AGAIN}"
+                f"of {said}: the files are of different runs, or damaged; {AGAIN}"
             )
 
     def _ply(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> FormedPly:
@@ -186,72 +189,11 @@ class RunReader:
         return array
 
     def _damaged(self, what: str) -> InputError:
-        return InputError(f"run folder {self.folder}: {SCENE} is damaged: {what}; {_AGAIN}")
+        return InputError(f"run folder {self.folder}: {SCENE} is damaged: {what}; {AGAIN}")
 
 
 _ALWAYS = {field.name for field in fields(PlyFrame) if field.default is MISSING} - {"points"}
 """Quantities that every ply has."""
-
-
-def _check_whole(folder: Path) -> None:
-    """Raise `InputError` where a folder is none, or lacks a file of a finished run."""
-    if not folder.is_dir():
-        kind = "is a file" if folder.exists() else "does not exist"
-        raise InputError(f"run folder {folder} {kind}: give the folder of a finished run")
-    missing = [name for name in (SUMMARY, SCENE, HISTORY) if not (folder / name).is_file()]
-    if not missing:
-        return
-    if SUMMARY not in missing:
-        summary = _load(folder / SUMMARY)
-        if isinstance(summary, dict) and summary.get("status") == "failed":
-            raise InputError(
-                f"run folder {folder} holds no {missing[0]}, as the run failed: "
-                f"{summary.get('message')}"
-            )
-    if any(partial_path(folder / name).exists() for name in missing):
-        raise InputError(
-            f"run folder {folder} holds no {missing[0]} but an unfinished one: wait for the run, "
-            f"or, if it was cut off, {_AGAIN}"
-        )
-    raise InputError(f"run folder {folder} holds no {missing[0]}: give that of a finished run")
-
-
-def _load(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        words = " ".join(str(error).split())
-        raise InputError(f"{path} is not readable JSON ({words}): {_AGAIN}") from error
-
-
-def _read_summary(path: Path) -> dict[str, Any]:
-    summary = _load(path)
-    kinds = {"status": str, "message": str, "warnings": list, "plies": list, "tools": list}
-    kinds |= dict.fromkeys(("steps", "triangles", "wall_s", "simulated_s"), int | float)
-    if not isinstance(summary, dict):
-        raise InputError(f"{path} is no summary of a run: {_AGAIN}")
-    odd = [name for name, kind in kinds.items() if not isinstance(summary.get(name), kind)]
-    odd += [
-        f"plies[{k}]"
-        for k, ply in enumerate(summary["plies"] if "plies" not in odd else ())
-        if not isinstance(ply, dict) or not {"name", "triangles"} <= set(ply)
-    ]
-    if odd:
-        raise InputError(f"{path} has no usable {', '.join(odd)}: it is damaged; {_AGAIN}")
-    return summary
-
-
-def _read_history(path: Path) -> Mapping[str, np.ndarray]:
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            names, *rows = csv.reader(file)
-        table = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    except (OSError, ValueError, csv.Error) as error:
-        words = " ".join(str(error).split())
-        raise InputError(f"{path} is no table of numbers ({words}): {_AGAIN}") from error
-    if "time_s" not in names or not len(table) or not np.isfinite(table).all():
-        raise InputError(f"{path} has no rows, no time_s, or numbers that are not finite: {_AGAIN}")
-    return dict(zip(names, table.T.copy(), strict=True))
 
 
 def _open(path: Path) -> Usd.Stage:
@@ -261,9 +203,9 @@ def _open(path: Path) -> Usd.Stage:
         others = layer.GetCompositionAssetDependencies() if layer else []
         stage = Usd.Stage.Open(layer) if layer and not others else None
     except Tf.ErrorException as error:
-        raise InputError(f"{path} is not a readable USD file: {_AGAIN}") from error
+        raise InputError(f"{path} is not a readable USD file: {AGAIN}") from error
     if others:
-        raise InputError(f"{path} refers to another file, {others[0]}, which no run does: {_AGAIN}")
+        raise InputError(f"{path} refers to another file, {others[0]}, which no run does: {AGAIN}")
     if stage is None:
-        raise InputError(f"{path} is not a readable USD file: {_AGAIN}")
+        raise InputError(f"{path} is not a readable USD file: {AGAIN}")
     return stage

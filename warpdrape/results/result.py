@@ -12,6 +12,7 @@ import numpy as np
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import yarn_gradients
 from warpdrape.contact.pressure import vertex_shapes
+from warpdrape.defects.wrinkles import Wrinkling
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import one_of
 from warpdrape.interaction import Measured
@@ -55,6 +56,11 @@ class FormedPly:
         contact_pressure: of plies on the face where they press more [Pa], shape [n]; None where
             none can touch.
         tool_pressure: of the tool that presses most [Pa], shape [n]; None without tools.
+        thickness: [m], shape [m]; None before defects were looked for, as the next three.
+        fibre_volume_fraction: [-], shape [m]; None too where the fabric has no ``fibre_density``.
+        wrinkle: local amplitude of wrinkles, 0 where there is none [m], shape [m].
+        wrinkling: the wrinkles, each with its place and size; None of a run that was read back,
+            whose summary lists them.
     """
 
     name: str
@@ -70,6 +76,10 @@ class FormedPly:
     slip: np.ndarray | None = None
     contact_pressure: np.ndarray | None = None
     tool_pressure: np.ndarray | None = None
+    thickness: np.ndarray | None = None
+    fibre_volume_fraction: np.ndarray | None = None
+    wrinkle: np.ndarray | None = None
+    wrinkling: Wrinkling | None = None
 
     @property
     def shear_angle_deg(self) -> np.ndarray:
@@ -126,6 +136,9 @@ class FormedPly:
             self.slip,
             self.contact_pressure,
             self.tool_pressure,
+            self.thickness,
+            self.fibre_volume_fraction,
+            self.wrinkle,
         )
 
 
@@ -281,6 +294,13 @@ def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
     if several or any(map(scene.touches_itself, scene.plies)):
         names += ("contact_pressure",)
     return names + (("tool_pressure",) if scene.tools else ())
+
+
+def shown_of_defects(ply: Ply) -> tuple[str, ...]:
+    """Names of the quantities of `PlyFrame` in triangles that a ply's frames have by its fabric."""
+    if ply.fabric.fibre_density is None:
+        return ("thickness", "wrinkle")
+    return ("thickness", "fibre_volume_fraction", "wrinkle")
 
 
 def yarn_state(

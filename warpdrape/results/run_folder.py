@@ -26,9 +26,10 @@ RUN = "run.json"
 COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
 CHECKPOINT = "checkpoint.npz"
+JUDGEMENT = "judgement.png"
 EXPORTS = "export"
 """Folder in it that takes what is exported from the run where no other place is given."""
-RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT)
+RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT, JUDGEMENT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
 

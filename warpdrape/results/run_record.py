@@ -31,6 +31,16 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
         "process_duration_s": scene.process_duration,
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
+        "defect_thresholds": dataclasses.asdict(scene.defects),
+        "wanted": [
+            {
+                "name": wanted.name,
+                "ply": wanted.ply,
+                "family": wanted.family,
+                "direction": [float(d) for d in wanted.direction],
+            }
+            for wanted in scene.wanted
+        ],
         "time_step_s": model.timing.time_step,
         "search_every": model.timing.search_every,
         "device": model.device,

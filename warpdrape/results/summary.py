@@ -14,6 +14,7 @@ from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
 from warpdrape.results.beyond_data import beyond_data
+from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.quasi_static import (
     LEAST_LOADED,
@@ -136,7 +137,11 @@ def summarise(
         ],
         "interfaces": contacts.get("interfaces", []),
         "self_contact": contacts.get("self_contact", []),
-        "plies": [_ply_entry(model, number, measured, ply) for number, ply in enumerate(plies)],
+        "plies": [
+            _ply_entry(model, number, measured, ply)
+            | defect_entries(model.scene, number, ply, history)
+            for number, ply in enumerate(plies)
+        ],
     }
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from warpdrape.results.defect_text import defect_lines, judgement_lines
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, HISTORY, RUN, SCENE, SUMMARY
 
 WIDTH = 96
@@ -33,6 +34,8 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
         folder: the run folder.
     """
     parts = [verdict(summary), _table(ply_rows(summary["plies"]))]
+    parts += defect_lines(summary["plies"])
+    parts += judgement_lines(summary)
     if summary["tools"]:
         parts.append(_table(tool_rows(summary["tools"])))
     if summary["interfaces"]:
@@ -93,7 +96,7 @@ def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of the tools, its head first."""
-    rows = [("tool", "moved", "force: end", "largest", "deepest in a ply")]
+    rows = [("tool", "moved", "force: end", "largest", "deepest in a ply", "covered")]
     for tool in tools:
         rows.append(
             (
@@ -102,6 +105,7 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
                 f"{tool['force_n']:.1f} N",
                 f"{tool['max_force_n']:.1f} N",
                 f"{1e3 * tool['max_penetration_m']:.3f} mm",
+                f"{100 * tool['coverage']:.0f} %" if "coverage" in tool else "-",
             )
         )
     return rows

@@ -98,7 +98,7 @@ class UsdWriter:
         set_up_stage(stage, frames_per_second)
         cloth, metal = define_materials(stage)
         self._plies = [
-            define_ply(stage, mesh, cloth, ply.at_vertices)
+            define_ply(stage, mesh, cloth, ply.at_vertices, ply.in_triangles)
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
         self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]

@@ -40,7 +40,12 @@ _PRIMVARS = {  # field of PlyFrame: (name, type, what the file says about it)
     "warp_tension": ("warpTension", _FLOATS, "warp tension [N per metre of width]"),
     "weft_tension": ("weftTension", _FLOATS, "weft tension [N per metre of width]"),
 }
-TRIANGLE_PRIMVARS = _PRIMVARS
+_SOME_PRIMVARS = {  # the same, of plies that have them
+    "thickness": ("thickness", _FLOATS, "thickness [m]"),
+    "fibre_volume_fraction": ("fibreVolumeFraction", _FLOATS, "fibre volume fraction"),
+    "wrinkle": ("wrinkle", _FLOATS, "amplitude of wrinkles, 0 where there is none [m]"),
+}
+TRIANGLE_PRIMVARS = _PRIMVARS | _SOME_PRIMVARS
 VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
     "warp_curvature": (
         "warpCurvature",
@@ -190,7 +195,11 @@ def _define_mesh(
 
 
 def define_ply(
-    stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material, at_vertices: Sequence[str] = ()
+    stage: Usd.Stage,
+    mesh: MeshPrim,
+    material: UsdShade.Material,
+    at_vertices: Sequence[str] = (),
+    in_triangles: Sequence[str] = (),
 ) -> dict[str, Sdf.Path]:
     """Return where the values of each frame go, by their names."""
     usd_mesh = _define_mesh(stage, "plies", mesh, material)
@@ -201,7 +210,7 @@ def define_ply(
     rest.Set(to_usd(mesh.points))
     rest.GetAttr().SetDocumentation("the flat blank [m]")
     attributes = {"points": usd_mesh.CreatePointsAttr(), "extent": usd_mesh.CreateExtentAttr()}
-    for key, (name, kind, text) in _PRIMVARS.items():
+    for key, (name, kind, text) in _for_each_triangle(in_triangles).items():
         attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.uniform).GetAttr()
         attribute.SetDocumentation(text)
         attributes[key] = attribute
@@ -215,6 +224,10 @@ def define_ply(
     color.SetCustomData({"scale": "viridis", "minimumDeg": 0.0, "maximumDeg": COLOR_RANGE_DEG})
     attributes["color"] = color
     return {key: attribute.GetPath() for key, attribute in attributes.items()}
+
+
+def _for_each_triangle(some: Sequence[str]) -> dict[str, tuple[str, Sdf.ValueTypeName, str]]:
+    return _PRIMVARS | {key: _SOME_PRIMVARS[key] for key in some}
 
 
 def define_tool(stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material) -> Sdf.Path:

@@ -1,0 +1,1 @@
+"""Kernels of defects: what of them is asked point by point."""

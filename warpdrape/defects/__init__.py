@@ -1,0 +1,1 @@
+"""Defects of formed plies as numbers: wrinkles, bridging, thickness, yarns, draw-in."""

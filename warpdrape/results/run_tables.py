@@ -1,0 +1,93 @@
+"""Summary and history of a run folder, read back and checked; nothing in it is executed."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdrape.errors import InputError
+from warpdrape.results.run_folder import HISTORY, SCENE, SUMMARY, partial_path
+
+AGAIN = "run the scene again"
+"""What to do about a damaged folder."""
+
+
+def check_whole(folder: Path) -> None:
+    """Raise `InputError` where a folder is none, or lacks a file of a finished run."""
+    if not folder.is_dir():
+        kind = "is a file" if folder.exists() else "does not exist"
+        raise InputError(f"run folder {folder} {kind}: give the folder of a finished run")
+    missing = [name for name in (SUMMARY, SCENE, HISTORY) if not (folder / name).is_file()]
+    if not missing:
+        return
+    if SUMMARY not in missing:
+        summary = load_json(folder / SUMMARY)
+        if isinstance(summary, dict) and summary.get("status") == "failed":
+            raise InputError(
+                f"run folder {folder} holds no {missing[0]}, as the run failed: "
+                f"{summary.get('message')}"
+            )
+    if any(partial_path(folder / name).exists() for name in missing):
+        raise InputError(
+            f"run folder {folder} holds no {missing[0]} but an unfinished one: wait for the run, "
+            f"or, if it was cut off, {AGAIN}"
+        )
+    raise InputError(f"run folder {folder} holds no {missing[0]}: give that of a finished run")
+
+
+def load_json(path: Path) -> Any:
+    """What a JSON file holds; raise `InputError` where it cannot be read."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        words = " ".join(str(error).split())
+        raise InputError(f"{path} is not readable JSON ({words}): {AGAIN}") from error
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """The summary of a run folder; raise `InputError` where there is none, or it is damaged."""
+    path = _file(folder, SUMMARY)
+    summary = load_json(path)
+    kinds = {"status": str, "message": str, "warnings": list, "plies": list, "tools": list}
+    kinds |= dict.fromkeys(("steps", "triangles", "wall_s", "simulated_s"), int | float)
+    if not isinstance(summary, dict):
+        raise InputError(f"{path} is no summary of a run: {AGAIN}")
+    odd = [name for name, kind in kinds.items() if not isinstance(summary.get(name), kind)]
+    odd += [
+        f"plies[{k}]"
+        for k, ply in enumerate(summary["plies"] if "plies" not in odd else ())
+        if not isinstance(ply, dict) or not {"name", "triangles"} <= set(ply)
+    ]
+    if odd:
+        raise InputError(f"{path} has no usable {', '.join(odd)}: it is damaged; {AGAIN}")
+    return summary
+
+
+def read_history(folder: Path) -> Mapping[str, np.ndarray]:
+    """Columns of a run folder's history; raise `InputError` where there is none usable."""
+    path = _file(folder, HISTORY)
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            names, *rows = csv.reader(file)
+        table = np.array(rows, dtype=float).reshape(len(rows), len(names))
+    except (OSError, ValueError, csv.Error) as error:
+        words = " ".join(str(error).split())
+        raise InputError(f"{path} is no table of numbers ({words}): {AGAIN}") from error
+    if "time_s" not in names or not len(table) or not np.isfinite(table).all():
+        raise InputError(f"{path} has no rows, no time_s, or numbers that are not finite: {AGAIN}")
+    return dict(zip(names, table.T.copy(), strict=True))
+
+
+def _file(folder: Path, name: str) -> Path:
+    """A file of a run folder; raise `InputError` where it is not there."""
+    if not folder.is_dir():
+        kind = "is a file" if folder.exists() else "does not exist"
+        raise InputError(f"run folder {folder} {kind}: give the folder of a finished run")
+    if not (folder / name).is_file():
+        raise InputError(f"run folder {folder} holds no {name}: give that of a finished run")
+    return folder / name

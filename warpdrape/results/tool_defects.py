@@ -1,0 +1,80 @@
+"""Defects that plies and tools have together, at the end of a run: bridges and coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from warpdrape.defects.bridging import Bridge, clearances, find_bridges
+from warpdrape.defects.coverage import coverage
+from warpdrape.defects.crest_lobes import edge_graph
+from warpdrape.defects.gaps import SurfaceGaps, ToolGaps
+from warpdrape.defects.wrinkle_field import vertex_normals
+from warpdrape.results.result import FormedPly
+from warpdrape.setup import Setup
+
+
+def bridge_entries(
+    scene: Setup, plies: Sequence[FormedPly], gaps: ToolGaps, shifts: np.ndarray
+) -> list[dict[str, Any]]:
+    """The entry ``bridging`` of each ply.
+
+    Args:
+        scene: what was computed.
+        plies: as they are at the end, from the bottom up.
+        gaps: distances from the tools.
+        shifts: translations of the tools since the start [m], shape [tool, 3].
+    """
+    entries = []
+    for number, formed in enumerate(plies):
+        bridges = _bridges(scene, number, formed, gaps, shifts)
+        entries.append(
+            {
+                "number": len(bridges),
+                "max_gap_m": max((bridge.gap for bridge in bridges), default=0.0),
+                "area_m2": float(sum(bridge.area for bridge in bridges)),
+                "list": [
+                    {
+                        "tool": scene.tools[bridge.tool].name,
+                        "at_m": formed.points[bridge.vertex].tolist(),
+                        "on_blank_m": formed.rest_points[bridge.vertex, :2].tolist(),
+                        "gap_m": bridge.gap,
+                        "area_m2": bridge.area,
+                    }
+                    for bridge in bridges
+                ],
+            }
+        )
+    return entries
+
+
+def _bridges(
+    scene: Setup, number: int, formed: FormedPly, gaps: ToolGaps, shifts: np.ndarray
+) -> tuple[Bridge, ...]:
+    """Bridges of one ply of the stack, by its number."""
+    mesh, points, triangles = scene.plies[number].mesh, formed.points, formed.triangles
+    thick = np.array([ply.fabric.thickness for ply in scene.plies])
+    below = float(thick[:number].sum() + 0.5 * thick[number])
+    above = float(thick[number + 1 :].sum() + 0.5 * thick[number])
+    off = clearances(gaps.ways(points, shifts), points, triangles, below, above)
+    beneath = gaps.beneath(points, vertex_normals(points, triangles), shifts)
+    outline, least = np.asarray(mesh.boundary_vertices), scene.defects.bridge_gap * thick[number]
+    return find_bridges(edge_graph(mesh), outline, points, triangles, off, beneath, least)
+
+
+def coverages(scene: Setup, plies: Sequence[FormedPly], shifts: np.ndarray) -> list[float]:
+    """Share of each tool's surface that has a ply on it [-]; arguments as above."""
+    surfaces = [
+        SurfaceGaps(
+            ply.points, ply.triangles, vertex_normals(ply.points, ply.triangles)[ply.triangles]
+        )
+        for ply in plies
+    ]
+    thickest = max(ply.fabric.thickness for ply in scene.plies)
+    reach = (0.5 + scene.defects.bridge_gap) * thickest
+    return [
+        coverage(tool, shift, surfaces, reach)
+        for tool, shift in zip(scene.tools, shifts, strict=True)
+    ]
