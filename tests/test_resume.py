@@ -363,3 +363,15 @@ def test_a_stroke_goes_on_and_what_would_jump_is_refused(tmp_path):
     for name, column in whole.history.items():
         if name != "ball_displacement_m":  # along the way as a whole, which has turned
             np.testing.assert_array_equal(first[name], column)
+
+
+def test_frames_or_rows_of_another_run_are_refused_and_nothing_is_touched(cut):
+    for name in (".scene.partial.usdc", ".history.partial.csv"):
+        path, own = cut / name, (cut / name).read_bytes()
+        for other in (own[:150], own[:100] + bytes([own[100] ^ 1]) + own[101:]):
+            path.write_bytes(other)
+            before = {f.name: f.read_bytes() for f in cut.iterdir()}
+            with pytest.raises(InputError, match="does not hold the"):
+                press().run(resume=cut)
+            assert {f.name: f.read_bytes() for f in cut.iterdir()} == before
+        path.write_bytes(own)

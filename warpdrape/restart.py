@@ -30,8 +30,9 @@ from warpdrape.results.checkpoint_file import (
     write_checkpoint,
 )
 from warpdrape.results.fingerprint import differences, fingerprint
-from warpdrape.results.frames_file import Mark
-from warpdrape.results.run_folder import RunFolder
+from warpdrape.results.frames_file import Mark, Marker
+from warpdrape.results.run_folder import HISTORY, SCENE, RunFolder, partial_path
+from warpdrape.results.tables import marked_rows
 from warpdrape.timing import Timing, peak_speed
 from warpdrape.watch import Seen
 
@@ -108,6 +109,15 @@ class Restart:
                 f"{self.folder} cannot be extended at {peak_speed(model.scene):.4g} m/s: its tools "
                 f"came to {self.peak_speed:.4g} m/s, for which contacts are sought; go slower"
             )
+
+    def check_files(self) -> None:
+        """Raise `InputError` unless frames and rows are those of the checkpoint."""
+        scene, history = (
+            final if (final := self.folder / name).exists() else partial_path(final)
+            for name in (SCENE, HISTORY)
+        )
+        Marker(scene).check(self.frames)
+        marked_rows(history, self.history)
 
     def put_back(self, stepper: Stepper) -> None:
         """Give a model's arrays what they held; raise `InputError` where they do not fit."""

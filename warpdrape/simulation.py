@@ -129,6 +129,7 @@ def _prepare(
     model = build_model(scene, device, timing.frames, timing)
     check_steps(model)
     earlier.check(model, threads, extending=extend)
+    earlier.check_files()
     if extend:
         check_motions(model, earlier)
     return model, initial_state(model)

@@ -43,21 +43,15 @@ class HistoryWriter:
             self._go_on(mark)
 
     def _go_on(self, mark: Mapping[str, Any]) -> None:
-        size = int(mark["size"])
-        content = self.partial_path.read_bytes()[:size]
+        content = marked_rows(self.partial_path, mark)
         self._digest.update(content)
         self._size = len(content)
-        if self._size != size or self._digest.hexdigest() != mark["digest"]:
-            raise InputError(
-                f"{self.path} does not hold the rows of the checkpoint beside it: put the run's "
-                "own file back, or run the scene anew with --overwrite"
-            )
         table = csv.reader(io.StringIO(content.decode("utf-8"), newline=""))
         self.columns = tuple(next(table, ()))
         self.rows = [dict(zip(self.columns, map(float, row), strict=True)) for row in table]
         self._file = open(self.partial_path, "r+b")
-        self._file.truncate(size)
-        self._file.seek(size)
+        self._file.truncate(self._size)
+        self._file.seek(self._size)
 
     def append(self, row: Mapping[str, Any]) -> None:
         """Add one row; the first one fixes the columns and their order.
@@ -130,3 +124,19 @@ class HistoryWriter:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def marked_rows(path: Path, mark: Mapping[str, Any]) -> bytes:
+    """Return what a table held at a mark; raise `InputError` unless it still does."""
+    size = int(mark["size"])
+    try:
+        content = path.read_bytes()[:size]
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from error
+    digest = hashlib.blake2b(content, digest_size=16).hexdigest()
+    if len(content) != size or digest != mark["digest"]:
+        raise InputError(
+            f"{path} does not hold the rows of the checkpoint beside it: put the run's own file "
+            "back, or run the scene anew with --overwrite"
+        )
+    return content

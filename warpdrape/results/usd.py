@@ -6,9 +6,6 @@ they come, those that come within half a second together, into ``.NAME.partial.u
 the final file; `UsdWriter.close` renames it. A killed run leaves the partial file, which opens with
 the frames saved so far. The library updates the file's index in place: what a kill or power cut
 inside the millisecond of a save spoils, a `Mark` takes back.
-
-The file is opened anew after each save, because the library keeps what it has written: the memory
-that a run needs would grow with its frames.
 """
 
 from __future__ import annotations
@@ -224,10 +221,8 @@ class UsdWriter:
     def _save(self) -> None:
         try:
             self._layer.Save()
-            self._layer = None
-            self._layer = _layer(self.partial_path, new=False)
             self._saved, self._saved_at, self._unsaved_bytes = self._last, time.monotonic(), 0
-        except (Tf.ErrorException, InputError) as error:
+        except Tf.ErrorException as error:
             self._spoilt = True
             kept = "goes back to its last checkpoint" if self._mark else "is lost"
             raise RunFailed(
@@ -256,6 +251,8 @@ def _layer(path: Path, *, new: bool) -> Sdf.Layer:
         layer = Sdf.Layer.CreateNew(str(path)) if new else Sdf.Layer.FindOrOpen(str(path))
         if layer is None:
             raise Tf.ErrorException("it is not there")
+        if not new:
+            layer.Reload(True)  # someone in this process may have looked at it before
         return layer
     except Tf.ErrorException as error:
         raise InputError(
