@@ -293,6 +293,15 @@ def test_bad_thresholds_are_refused():
         Scene(name="s", plies=[square()], duration=1.0, defects={"bridge_gap": 1.0})
 
 
+def test_more_fibres_than_fit_are_not_passed_over():
+    scene = Scene(name="s", plies=[square()], duration=1.0)
+    sheared = waved(scene, 0.0)
+    sheared = replace(sheared, shear_angle=np.full(len(sheared.triangles), math.radians(55.0)))
+    (formed,) = DefectWatch(scene).look([sheared], np.zeros((0, 3)))
+    (line,) = defect_lines([{"name": "ply"} | defect_entries(scene, 0, formed, {})])
+    assert "to 104 %, more than fits" in " ".join(line.split())
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [

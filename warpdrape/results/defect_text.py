@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from warpdrape.materials.fabric import MOST_FIBRES
 from warpdrape.results.judgement import judge, verdict
 from warpdrape.results.limits import Limits
 
@@ -50,7 +51,10 @@ def _parts(ply: Mapping[str, Any]) -> list[str]:
     ]
     if "fibre_volume_fraction" in ply:
         volume = ply["fibre_volume_fraction"]
-        parts.append(f"fibre volume {100 * volume['min']:.3g} to {100 * volume['max']:.3g} %")
+        words = f"fibre volume {100 * volume['min']:.3g} to {100 * volume['max']:.3g} %"
+        if volume["max"] > MOST_FIBRES:
+            words += ", more than fits: there the ply has thickened, which its laws do not tell"
+        parts.append(words)
     else:
         parts.append("fibre volume unknown: the fabric has no fibre_density")
     return parts
