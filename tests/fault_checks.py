@@ -1,6 +1,7 @@
 """A warm interpreter whose forks run commands that are killed, or whose disk fails."""
 
 import json
+import math
 import os
 import random
 import shutil
@@ -88,8 +89,13 @@ def assert_whole_files(folder: Path) -> None:
                 assert restart is not None and restart.frame >= len(rows) - 3
 
 
-def kill_and_resume(server: Server, folder: Path, whole: Path, **faults) -> str:
-    """Kill a run, look at what is left, go on; return what the kill had left."""
+def kill_and_resume(server: Server, folder: Path, whole: Path, **faults) -> tuple[str, float]:
+    """Kill a run, look at what is left, go on.
+
+    Returns:
+        What the kill had left, and how long the run took if it came to its end before [s], else
+        infinity.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     done = server.run(folder, **faults)
     assert done["status"] in (-signal.SIGKILL, 0), done
@@ -98,10 +104,16 @@ def kill_and_resume(server: Server, folder: Path, whole: Path, **faults) -> str:
     ended = server.resume(folder)
     assert ended["status"] == 0, (faults, left, ended)
     assert_same_folder(folder, whole)
-    return left
+    return left, done["seconds"] if done["status"] == 0 else math.inf
 
 
-def moments(seconds: float, count: int, seed: int):
-    """Random moments of a run [s], some of them just after its end."""
-    chance = random.Random(seed)
-    return [chance.uniform(0.0, 1.05 * seconds) for _ in range(count)]
+def kill_at_random(server: Server, folder: Path, whole: Path, seconds: float, count: int):
+    """Kill runs at so many random moments, up to just after their end; what each had left."""
+    chance, killed = random.Random(1), []
+    while len(killed) < count:
+        after = chance.uniform(0.0, 1.05 * seconds)
+        left, took = kill_and_resume(server, folder, whole, after=after)
+        if took == math.inf:
+            killed.append(left)
+        seconds = min(seconds, took)  # a machine with other work was slow when it was measured
+        yield left

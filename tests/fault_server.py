@@ -43,9 +43,19 @@ def serve(job) -> dict:
     if "after" in job:
         while "when" in job and not os.path.exists(job["when"]):
             time.sleep(1e-3)
-        time.sleep(job["after"])
+        until = time.perf_counter() + job["after"]
+        while time.perf_counter() < until:
+            time.sleep(min(5e-3, max(until - time.perf_counter(), 0.0)))
+            ended, status = os.waitpid(process, os.WNOHANG)
+            if ended:
+                return answer(job, status, start)
         os.kill(process, job.get("signal", signal.SIGKILL))
     _, status = os.waitpid(process, 0)
+    return answer(job, status, start)
+
+
+def answer(job, status: int, start: float) -> dict:
+    """How a job ended."""
     ended = os.waitstatus_to_exitcode(status)
     with open(job["said"], encoding="utf-8", errors="replace") as file:
         said = file.read()

@@ -3,7 +3,7 @@
 import signal
 
 import pytest
-from fault_checks import kill_and_resume, moments
+from fault_checks import kill_and_resume, kill_at_random
 from resume_checks import assert_same_folder
 
 BEFORE, MIDST = -1, -2
@@ -44,10 +44,7 @@ def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):
 @pytest.mark.slow
 def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):
     folder, done = whole
-    left = [
-        kill_and_resume(server, tmp_path / "run", folder, after=after)
-        for after in moments(done["seconds"], 1000, seed=1)
-    ]
+    left = list(kill_at_random(server, tmp_path / "run", folder, done["seconds"], 1000))
     kinds = {state: left.count(state) for state in set(left)}
     print("\n".join(f"{count:5} {state}" for state, count in kinds.items()))
     assert len(kinds) > 4
