@@ -10,7 +10,7 @@ import numpy as np
 from law_checks import fabric
 from pxr import Sdf
 
-from warpdrape import restart
+from warpdrape import Friction, Pressure, Spring, WantedDirection, restart
 from warpdrape.blanks.ply import Ply, lay_up, stack_top
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
@@ -63,6 +63,28 @@ def press(material=STIFF, clamped=False, **numerics):
     )
 
 
+def loaded():
+    """With a gripper that slips, a pressure over time, friction that varies, and a wanted angle."""
+    return dataclasses.replace(
+        press(),
+        friction=Friction(coefficient=0.2, by_speed=((0.0, 0.3), (1e-3, 0.1))),
+        ply_friction=Friction(coefficient=0.3, by_angle=((0.0, 0.3), (90.0, 0.2))),
+        process_duration=4.0,
+        springs=[
+            Spring(
+                name="grip",
+                ply="low",
+                where=lambda p: p[:, 0] < -0.0299,
+                to=(-0.05, 0.0, 0.0),
+                stiffness=2e3,
+                slip_force=0.5,
+            )
+        ],
+        pressures=[Pressure(name="air", ply="high", pressure=[(1e-3, 0.0), (4e-3, 300.0)])],
+        wanted=[WantedDirection(name="rib", ply="low", direction=(1.0, 0.0, 0.0))],
+    )
+
+
 def coupon():
     """A picture frame: clamps that follow functions, a report, files of its own."""
     return picture_frame.build(edge=0.02, duration=0.002, shear_angle_deg=20.0)
@@ -75,6 +97,7 @@ SCENES = {
     "friction between fibres": lambda: press(CURVED),
     "membranes, exact": lambda: press(ELASTIC, contact="exact"),
     "coupon": coupon,
+    "loaded": loaded,
 }
 
 

@@ -7,8 +7,18 @@ import shutil
 import numpy as np
 import pytest
 import warp as wp
-from resume_checks import SCENES, STIFF, assert_same_folder, cut_off, press, samples, timeless
+from resume_checks import (
+    SCENES,
+    STIFF,
+    assert_same_folder,
+    cut_off,
+    loaded,
+    press,
+    samples,
+    timeless,
+)
 
+from warpdrape import DefectThresholds
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.moving_arrays import moving_arrays, read_bytes, write_bytes
@@ -246,6 +256,18 @@ OTHERS = [
         ),
         {},
         "motion of tool 'ball' is another",
+    ),
+    (
+        lambda s: dataclasses.replace(s, ply_friction=loaded().ply_friction),
+        {},
+        "ply_friction = {'type': 'Friction'",
+    ),
+    (lambda s: dataclasses.replace(s, springs=loaded().springs), {}, r"springs = \['grip'\]"),
+    (lambda s: dataclasses.replace(s, pressures=loaded().pressures), {}, "pressures = "),
+    (
+        lambda s: dataclasses.replace(s, defects=DefectThresholds(bridge_gap=2.0)),
+        {},
+        "defects: bridge_gap = 2.0, the run's 1.0",
     ),
 ]
 

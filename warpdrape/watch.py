@@ -32,16 +32,20 @@ def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
     )
 
 
+def number_of_ply(model: Model, vertex: int) -> int:
+    """Number of the ply of a vertex."""
+    return bisect_right([span.first_vertex for span in model.spans], vertex) - 1
+
+
 def ply_of(model: Model, vertex: int) -> Ply:
     """The ply of a vertex."""
-    firsts = [span.first_vertex for span in model.spans]
-    return model.scene.plies[bisect_right(firsts, vertex) - 1]
+    return model.scene.plies[number_of_ply(model, vertex)]
 
 
 def place(model: Model, vertex: int) -> str:
     """Name the ply, and a triangle in it, of a vertex."""
-    ply = ply_of(model, vertex)
-    local = vertex - model.spans[model.scene.plies.index(ply)].first_vertex
+    number = number_of_ply(model, vertex)
+    ply, local = model.scene.plies[number], vertex - model.spans[number].first_vertex
     triangle = int(np.argmax((np.asarray(ply.mesh.triangles) == local).any(axis=1)))
     return f"ply {ply.name!r}, triangle {triangle} (vertex {local})"
 
@@ -49,7 +53,7 @@ def place(model: Model, vertex: int) -> str:
 def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
     """Names of the plies that nothing has held or touched so far: contact always loses energy."""
     lost = state.plies.lost.numpy()[:, :2].any(axis=1)
-    held = {clamp.ply for clamp in model.scene.clamps}
+    held = {thing.ply for thing in (*model.scene.clamps, *model.scene.springs)}
     touched = frozenset().union(*(each.touched for each in measured))
     return tuple(
         ply.name

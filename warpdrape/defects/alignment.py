@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdrape.blanks.triangles import area_percentile
 from warpdrape.defects.wrinkle_field import face_vectors
-from warpdrape.errors import InputError, one_of
+from warpdrape.errors import InputError, one_of, said
 from warpdrape.tools.motion import vector
 
 
@@ -35,10 +35,17 @@ class WantedDirection:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
-            raise InputError(f"wanted direction name = {self.name!r} must be a plain identifier")
+            raise InputError(
+                f"wanted direction name = {said(self.name)} must be a plain identifier"
+            )
         one_of(f"family of {self.name!r}", self.family, ("warp", "weft"))
         if not np.linalg.norm(vector(f"{self.name!r}: direction", self.direction)) > 0.0:
             raise InputError(f"wanted direction {self.name!r}: direction must not be zero")
+
+        if self.where is not None and not callable(self.where):
+            raise InputError(
+                f"wanted direction {self.name!r}: where must be a function of points to a mask"
+            )
 
     def region(self, middles: np.ndarray) -> np.ndarray:
         """Mask of the triangles in it, by their middles on the flat ply [m], shape [m, 3]."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.alignment import WantedDirection
 from warpdrape.dynamics.model import Model
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
@@ -57,6 +58,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "pressures": [pressure.name for pressure in scene.pressures],
         "springs": [spring.name for spring in scene.springs],
         **{f"numerics: {name}": value for name, value in numerics.items()},
+        **{f"defects: {name}": v for name, v in dataclasses.asdict(scene.defects).items()},
     }
     for ply in scene.plies:
         parts.update(_ply(ply))
@@ -64,6 +66,8 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         parts.update(_tool(scene, tool))
     for clamp in scene.clamps:
         parts.update(_clamp(scene, clamp))
+    for wanted in scene.wanted:
+        parts.update(_wanted(scene, wanted))
     for pressure in scene.pressures:
         parts.update(_pressure(scene, pressure))
     for spring in scene.springs:
@@ -151,6 +155,16 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": plain(scene.friction_of(tool)),
         f"{MOTIONS}tool {tool.name!r}": plain(tool.motion),
+    }
+
+
+def _wanted(scene: Setup, wanted: WantedDirection) -> dict[str, Any]:
+    ply = next(ply for ply in scene.plies if ply.name == wanted.ply)
+    region = wanted.region(ply.rest_points[np.asarray(ply.mesh.triangles)].mean(axis=1))
+    name = f"wanted direction {wanted.name!r}"
+    return {
+        f"where {name} counts": _digest(wanted.ply, wanted.family, region),
+        name: [float(d) for d in wanted.direction],
     }
 
 
