@@ -198,7 +198,7 @@ def test_a_name_runs_no_code_of_the_working_folder(tmp_path):
         (tmp_path / f"{name}.py").write_text(trap)
     run = [sys.executable, "-m", "warpdrape", "scenes", "hemisphere"]
     env = os.environ | {
-        "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     }
     env.pop("PYTHONSAFEPATH", None)
     done = subprocess.run(run, capture_output=True, text=True, cwd=tmp_path, env=env)

@@ -42,7 +42,9 @@ def test_a_long_run_says_what_it_will_take_and_changes_nothing(monkeypatch):
     state = initial_state(model)
     before = {name: array.numpy().tobytes() for name, array, _ in all_arrays(state)}
     short = announcement.announcement(model, state, 0, written=False)
-    assert re.fullmatch(rf"{model.timing.steps:,} steps of [\d.]+ µs, \d+ MB of memory", short)
+    assert re.fullmatch(
+        rf"{model.timing.steps:,} steps of [\d.]+ µs, [\d.]+ [MG]B of memory", short
+    )
     monkeypatch.setattr(announcement, "LONG", 0.0)
     monkeypatch.setattr(announcement, "time_phases", lambda *_: {"a": 2e-3, "b": 1e-3})
     half = announcement.announcement(model, state, 5, written=True)

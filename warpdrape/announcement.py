@@ -7,16 +7,16 @@ import psutil
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.phases import time_phases
 from warpdrape.results.progress import in_words
-from warpdrape.results.result import shown_at_vertices
+from warpdrape.results.result import shown_at_vertices, shown_of_defects
 from warpdrape.state import State
 
 RATE = 4e6
 """Triangles that one core advances by a step in a second, roughly: which runs are long."""
 LONG = 60.0
 """Time from which a run counts as long [s], so that its steps are timed before it starts."""
-PER_TRIANGLE, PER_VERTEX, VERTEX_FIELD = 56, 12, 4
-"""Bytes of a frame: directions, shear, strains, tensions, colour; positions; and each quantity at
-vertices, of which slip has three."""
+PER_TRIANGLE, PER_VERTEX, FIELD = 56, 12, 4
+"""Bytes of a frame: directions, shear, strains, tensions, colour; positions; and each further
+quantity in a triangle or at a vertex, of which slip has three."""
 
 
 def announcement(model: Model, state: State, first: int, *, written: bool) -> str:
@@ -46,8 +46,9 @@ def frame_bytes(model: Model) -> int:
     for ply, span in zip(model.scene.plies, model.spans, strict=True):
         fields = shown_at_vertices(model.scene, ply)
         columns = len(fields) + 2 * ("slip" in fields)
-        size += PER_TRIANGLE * span.triangle_count
-        size += (PER_VERTEX + VERTEX_FIELD * columns) * span.vertex_count
+        in_triangle = PER_TRIANGLE + FIELD * len(shown_of_defects(ply))
+        size += in_triangle * span.triangle_count
+        size += (PER_VERTEX + FIELD * columns) * span.vertex_count
     return size
 
 

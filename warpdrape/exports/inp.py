@@ -93,8 +93,7 @@ def shell_of(ply: FormedPly, thickness: float) -> Shell:
 
     Args:
         ply: the ply.
-        thickness: of the flat ply [m]. An element whose area has changed keeps its volume, and so
-            its fibres; where the run has computed a thickness that is taken.
+        thickness: of the flat ply [m], for one of which the run has none.
     """
     triangles = np.asarray(ply.triangles)
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -102,26 +101,16 @@ def shell_of(ply: FormedPly, thickness: float) -> Shell:
     middles = len(ply.points) + of.reshape(-1, 3)
     elements = np.column_stack([triangles, middles])
     nodes = np.concatenate([ply.points, ply.points[edges].mean(axis=1)])
-    now, flat = _area_vectors(ply.points, triangles), _area_vectors(ply.rest_points, triangles)
     border = edges[count == 1]
     edge = np.union1d(border, len(ply.points) + np.flatnonzero(count == 1))
-    area = np.linalg.norm(now, axis=1)
-    thick = getattr(ply, "thickness", None)
-    if thick is None:
-        thick = thickness * np.linalg.norm(flat, axis=1) / area
     return Shell(
         name=ply.name.upper(),
         nodes=nodes,
         elements=elements,
         edge=edge,
-        thickness=np.asarray(thick),
+        thickness=np.full(len(triangles), thickness) if ply.thickness is None else ply.thickness,
         directions={"WARP": ply.warp, "WEFT": ply.weft},
     )
-
-
-def _area_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return 0.5 * np.cross(b - a, c - a)
 
 
 def _write_heading(
