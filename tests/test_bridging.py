@@ -65,6 +65,14 @@ def test_a_bridged_hollow_of_known_gap(cells):
     assert bridge.area == pytest.approx(area, rel=6.0 / cells)
 
 
+@pytest.mark.parametrize(("cells", "resolved"), [(10, False), (40, True)])
+def test_a_bridge_of_a_vertex_or_two_is_told_apart(cells, resolved):
+    """A slot of 30 mm under triangles of 20 mm, and of 5 mm."""
+    ply, points = flat_on(cells)
+    (bridge,) = bridges_of(ply, trough(0.02, 0.015, 0.06), points)
+    assert bridge.resolved == resolved and bridge.gap > 5e-3
+
+
 def test_a_ply_that_follows_the_hollow_does_not_bridge():
     depth, half = 0.02, 0.05
     ply, points = flat_on(40)

@@ -102,7 +102,11 @@ def test_each_limit_has_its_fault(limit, words):
 
 def test_bridges_and_locking():
     bridge = {"tool": "die", "gap_m": 3e-3, "at_m": [0, 0, 0], "on_blank_m": [0, 0]}
-    found = judge(summary(bridges=[bridge]), HISTORY, Limits())
+    small = bridge | {"resolved": False}  # perhaps a chord of the mesh: said, not judged
+    bridge["resolved"] = True
+    assert judge(summary(bridges=[small]), HISTORY, Limits()) == []
+    found = judge(summary(bridges=[bridge, small]), HISTORY, Limits())
+    assert len(found) == 1
     assert found[0].what == "bridges die with a gap of 3 mm, allowed 0 mm"
     past = {"locking_angle_deg": 44.0, "max_past_deg": 3.0, "area_share": 0.05}
     (fault,) = judge(summary(**past), HISTORY, Limits())

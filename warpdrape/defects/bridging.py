@@ -27,12 +27,15 @@ class Bridge:
         vertex: where it is farthest from the tool.
         gap: there, between ply and tool, less the plies between [m].
         area: of the ply that is off the tool [m²].
+        resolved: whether a vertex of it has all its neighbours off the tool too. A smaller one may
+            be a chord of the mesh over a rounding.
     """
 
     tool: int
     vertex: int
     gap: float
     area: float
+    resolved: bool
 
 
 def find_bridges(
@@ -73,7 +76,8 @@ def find_bridges(
         if np.mean(beneath[tool, inside]) >= OVER_IT:
             vertex = int(np.flatnonzero(inside)[np.argmax(clearances[tool, inside])])
             gap, area = float(clearances[tool, vertex]), float(areas[inside].sum())
-            bridges.append(Bridge(tool, vertex, gap, area))
+            inner = inside & ~(graph @ (~inside).astype(float) > 0.0)
+            bridges.append(Bridge(tool, vertex, gap, area, bool(inner.any())))
     return tuple(sorted(bridges, key=lambda bridge: -bridge.gap))
 
 

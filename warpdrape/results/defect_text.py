@@ -88,13 +88,22 @@ def _wrinkled(numbers: Mapping[str, Any], noun: str) -> str:
 
 
 def _bridges(bridging: Mapping[str, Any] | None) -> list[str]:
-    if not bridging or not bridging["number"]:
+    if not bridging:
         return []
-    count = bridging["number"]
-    return [
-        f"{count} bridge{'s' if count > 1 else ''}, up to {_mm(bridging['max_gap_m'], '.3g')} off "
-        f"{bridging['list'][0]['tool']}, {1e4 * bridging['area_m2']:.3g} cm² in all"
-    ]
+    found = []
+    for resolved, numbers, doubt in (
+        (True, bridging, ""),
+        (False, bridging["too_small_for_the_mesh"], ", too small for the mesh: it may be its own"),
+    ):
+        count = numbers["number"]
+        if count:
+            largest = next(b for b in bridging["list"] if b["resolved"] == resolved)
+            found.append(
+                f"{count} bridge{'s' if count > 1 else ''}, up to "
+                f"{_mm(numbers['max_gap_m'], '.3g')} off {largest['tool']}, "
+                f"{1e4 * numbers['area_m2']:.3g} cm² in all{doubt}"
+            )
+    return found
 
 
 def _shear(shear: Mapping[str, Any]) -> list[str]:

@@ -158,7 +158,9 @@ def _shear(
 
 def _bridges(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
     for bridge in ply["defects"].get("bridging", {}).get("list", ()):
-        if limits.bridge_gap is not None and bridge["gap_m"] > limits.bridge_gap:
+        if limits.bridge_gap is None or not bridge["resolved"]:
+            continue
+        if bridge["gap_m"] > limits.bridge_gap:
             words = f"bridges {bridge['tool']} with a gap of {_mm(bridge['gap_m'])}, allowed "
             words += _mm(limits.bridge_gap)
             yield Fault(ply["name"], words, bridge["at_m"], bridge["on_blank_m"])

@@ -76,7 +76,7 @@ def _words(faults: Sequence[Fault], width: int) -> str:
     lines.append(
         "flat blanks; white lines: crests of wrinkles, dotted those too short for the mesh;"
     )
-    lines.append("squares: bridges")
+    lines.append("squares: bridges, points those too small for the mesh")
     return "\n".join(lines)
 
 
@@ -88,7 +88,8 @@ def _mark(at: Axes, ply: str, defects: Mapping[str, Any], faults: Sequence[Fault
         style = "-" if wrinkle["resolved"] else ":"
         at.plot([x - dx, x + dx], [y - dy, y + dy], style, color=_CREST, linewidth=1.2)
     for bridge in defects.get("bridging", {}).get("list", ()):
-        at.plot(*(1e3 * np.array(bridge["on_blank_m"])), "s", color=_BRIDGE, fillstyle="none")
+        mark = "s" if bridge["resolved"] else "."
+        at.plot(*(1e3 * np.array(bridge["on_blank_m"])), mark, color=_BRIDGE, fillstyle="none")
     for number, fault in enumerate(faults, start=1):
         if fault.who == ply and fault.on_blank is not None:
             place = 1e3 * np.array(fault.on_blank)

@@ -31,10 +31,9 @@ def bridge_entries(
     for number, formed in enumerate(plies):
         bridges = _bridges(scene, number, formed, gaps, shifts)
         entries.append(
-            {
-                "number": len(bridges),
-                "max_gap_m": max((bridge.gap for bridge in bridges), default=0.0),
-                "area_m2": float(sum(bridge.area for bridge in bridges)),
+            _numbers([bridge for bridge in bridges if bridge.resolved])
+            | {
+                "too_small_for_the_mesh": _numbers([b for b in bridges if not b.resolved]),
                 "list": [
                     {
                         "tool": scene.tools[bridge.tool].name,
@@ -42,12 +41,21 @@ def bridge_entries(
                         "on_blank_m": formed.rest_points[bridge.vertex, :2].tolist(),
                         "gap_m": bridge.gap,
                         "area_m2": bridge.area,
+                        "resolved": bridge.resolved,
                     }
                     for bridge in bridges
                 ],
             }
         )
     return entries
+
+
+def _numbers(bridges: Sequence[Bridge]) -> dict[str, Any]:
+    return {
+        "number": len(bridges),
+        "max_gap_m": max((bridge.gap for bridge in bridges), default=0.0),
+        "area_m2": float(sum(bridge.area for bridge in bridges)),
+    }
 
 
 def _bridges(
