@@ -14,6 +14,7 @@ from warpdrape.contact.ply_facets import build_facets
 from warpdrape.contact.ply_surfaces import ASK_EVERY, FADING, PUSH_OUT
 from warpdrape.dynamics import stepping
 from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.interaction import bodies_of
 from warpdrape.numerics import Numerics
 from warpdrape.scenes import three_ply_hemisphere
 from warpdrape.state import copied
@@ -344,6 +345,15 @@ def test_a_ply_that_has_gone_round_a_border_lies_across(way, device):
     memory = memory_of(model, state)
     assert memory.deepest.numpy().max() < 1e-6
     assert np.abs(memory.contacts.numpy()["allowance"]).max() < 1e-6
+    # It presses with its upper face on the lower face of the ply that was laid below it.
+    contact, upper = contact_of(model), model.spans[1].first_vertex
+    forces = np.zeros(memory.forces.shape[0])
+    forces[contact.looks[1].first_slot :] = 1.0
+    memory.forces.assign(np.where(memory.contacts.numpy()["near"] == 1, forces, 0.0))
+    lower_face, upper_face = contact.measure(bodies_of(state), memory).pressing["contact_pressure"]
+    assert upper_face[upper:].sum() > 4.0 and not lower_face[upper:].any()
+    assert lower_face[:upper].sum() == pytest.approx(upper_face[upper:].sum())
+    assert not upper_face[:upper].any()
     across, up, _ = sides(model, state, [*way[::-1], (0.0, 0.0)])
     assert not across.any()
     np.testing.assert_allclose(up, 1.0, atol=1e-9)

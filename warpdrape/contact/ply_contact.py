@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, ClassVar
+from typing import ClassVar
 
-import numpy as np
 import warp as wp
 
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.friction import rubs
+from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
-from warpdrape.contact.pressure import LOWER, UPPER, on_corners, vertex_shapes
+from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
@@ -154,126 +154,23 @@ class PlyContact:
         x = bodies.plies.x.numpy()
         normals, areas = vertex_shapes(x, self.surfaces.facets.corners.numpy())
         slip = self.partners.slip(x, normals)
-        met = self._forces_of_pairs(memory, len(x))
-        pressing = np.zeros((2, len(x)))
-        for (searching, other), (own, corners) in met.items():
-            upward = other > searching
-            pressing[UPPER if upward else LOWER] += own
-            pressing[LOWER if upward else UPPER] += corners
+        met = forces_of_pairs(self.looks, self.spans, memory, len(x))
+        entries = interface_entries(
+            [ply.name for ply in self.scene.plies],
+            self.looks,
+            self.spans,
+            self.partners,
+            memory,
+            met,
+            areas,
+            slip,
+        )
         return Measured(
             {"contact": float(memory.stored.numpy().sum())},
             fields=tuple({"slip": slip[span.vertices]} for span in self.spans),
-            pressing={"contact_pressure": pressing},
-            entries={"interfaces": self._interfaces(memory, met, areas, slip)},
+            pressing={"contact_pressure": pressing_on_faces(met, len(x))},
+            entries={"interfaces": entries},
         )
-
-    def _forces_of_pairs(
-        self, memory: PlyMemory, vertices: int
-    ) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
-        """Normal forces of a ply's vertices on another, by pair [N].
-
-        Each on the vertices themselves, and on corners of the other's triangles; shape [vertex].
-        """
-        contacts, seen = memory.contacts.numpy(), memory.seen.numpy()["ply"] - 1
-        forces = memory.forces.numpy()
-        met = {}
-        for look in self.looks:
-            span = self.spans[look.searching]
-            slots = slice(look.first_slot, look.first_slot + span.vertex_count)
-            for other in np.unique(seen[slots][forces[slots] > 0.0]):
-                of_pair = np.where(seen[slots] == other, forces[slots], 0.0)
-                own = np.zeros(vertices)
-                own[span.vertices] = of_pair
-                corners = on_corners(contacts[slots], of_pair, vertices)
-                met[look.searching, int(other)] = own, corners
-        return met
-
-    def _interfaces(
-        self,
-        memory: PlyMemory,
-        met: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]],
-        areas: np.ndarray,
-        slips: np.ndarray,
-    ) -> list[dict[str, Any]]:
-        """An entry for vertices of each ply on each ply that is next to it, or that they met.
-
-        What a vertex has slid counts for the ply that it saw last. Pressures are of both plies'
-        vertices on the other's triangles, so that the two entries of an interface tell the same.
-
-        Args:
-            memory: what contacts remember.
-            met: forces by pair, from `_forces_of_pairs`.
-            areas: of the vertices [m²], shape [vertex].
-            slips: from where vertices lay on the next ply [m], shape [vertex, 3].
-        """
-        nothing = np.zeros(len(areas)), np.zeros(len(areas))
-        sizes = np.linalg.norm(slips, axis=1)
-        names, count = [ply.name for ply in self.scene.plies], len(self.scene.plies)
-        slip, seen = memory.slip.numpy(), memory.seen.numpy()["ply"] - 1
-        deepest = memory.deepest.numpy().reshape(count, count)
-        jump = memory.jump.numpy().reshape(count, count)
-        entries = []
-        for look in self.looks:
-            vertices = self.spans[look.searching].vertex_count
-            slots = slice(look.first_slot, look.first_slot + vertices)
-            next_one = look.searching + look.way
-            last = count if look.way > 0 else -1
-            for other in range(next_one, last, look.way):
-                way = np.where(seen[slots] == other, slip[slots], 0.0)
-                pair = (look.searching, other)
-                if other != next_one and not (way.any() or deepest[pair] > 0.0):
-                    continue
-                if other == next_one:  # told by the lower ply's vertices, the same for both
-                    covered = self.partners.covers(self.spans[min(pair)].vertices)
-                    apart = sizes[self.spans[min(pair)].vertices][covered]
-                    net = {
-                        "mean_net_slip_m": float(apart.mean()) if len(apart) else 0.0,
-                        "max_net_slip_m": float(apart.max(initial=0.0)),
-                    }
-                else:
-                    net = {}
-                entries.append(
-                    {
-                        "vertices_of": names[look.searching],
-                        "on": names[other],
-                        "max_slip_m": float(way.max()),
-                        "mean_slip_m": float(way.mean()),
-                        **net,
-                        **_pressures(
-                            met.get(pair, nothing),
-                            met.get(pair[::-1], nothing),
-                            areas,
-                            self.spans[look.searching],
-                        ),
-                        "max_penetration_m": float(deepest[pair]),
-                        "max_gap_jump_m": float(jump[pair]),
-                    }
-                )
-        return entries
-
-
-def _pressures(
-    one: tuple[np.ndarray, np.ndarray],
-    other: tuple[np.ndarray, np.ndarray],
-    areas: np.ndarray,
-    span: Span,
-) -> dict[str, float]:
-    """Normal force of an interface, mean and largest pressure where vertices of a ply feel it.
-
-    Args:
-        one: forces of its vertices and on the other's corners [N], shape [vertex].
-        other: those of the other ply's vertices.
-        areas: of the vertices [m²], shape [vertex].
-        span: where the ply is.
-    """
-    forces = (one[0] + other[1])[span.vertices]
-    pressed = forces > 0.0
-    over = float(areas[span.vertices][pressed].sum())
-    return {
-        "normal_force_n": float(one[0].sum() + other[0].sum()),
-        "mean_pressure_pa": float(forces.sum()) / over if over > 0.0 else 0.0,
-        "max_pressure_pa": float((forces / areas[span.vertices]).max()),
-    }
 
 
 def thickest(scene: Setup) -> float:
