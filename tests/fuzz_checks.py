@@ -132,7 +132,7 @@ CALLS = {
             "stiffness": 100.0,
             "preload": 1.0,
             "direction": "fixed",
-            "slip_force": 10.0,
+            "slip_force": None,
             "break_force": 20.0,
         },
     ),

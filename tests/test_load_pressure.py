@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from law_checks import fabric
 
-from warpdrape import InputError, Ply, Pressure, Scene
+from warpdrape import Clamp, InputError, Numerics, Ply, Pressure, Scene
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.verification.bulge import blown_up, hencky
 
@@ -90,6 +90,31 @@ def test_threads_share_a_pressure(device):
     ]
     assert ends[0][:, 2].max() > 1e-3
     np.testing.assert_allclose(ends[-1], ends[0], atol=1e-9)
+
+
+def thrown(contact, gap):
+    """A film pressed onto a held ply from a distance."""
+    film = fabric(LinearTension(300.0, 300.0), ShearPolynomial((1e-4,)))
+    low = Ply.rectangle("low", film, 0.04, cells=4)
+    high = Ply.rectangle("high", film, 0.03, cells=3, z=film.thickness + gap)
+    return Scene(
+        name="thrown",
+        plies=[low, high],
+        clamps=[Clamp(name="held", ply="low", where=lambda p: p[:, 0] < 1.0)],
+        pressures=[Pressure(name="air", ply="high", pressure=20e3, ramp=5e-3)],
+        duration=2.5e-3,
+        numerics=Numerics(contact=contact),
+        **STILL,
+    )
+
+
+def test_plies_that_move_faster_than_contact_is_sought_for_are_warned_of(device):
+    """… and the advice cures it: searched at every step, the film is stopped."""
+    missed = thrown("fast", 5e-3).run(device=device, frames=5).summary
+    assert any("may have passed each other" in words for words in missed["warnings"])
+    found = thrown("exact", 5e-3).run(device=device, frames=5)
+    assert not any("passed each other" in words for words in found.summary["warnings"])
+    assert found.ply("high").points[:, 2].min() > 0.0
 
 
 def test_the_record_of_a_run_holds_its_pressures(tmp_path):

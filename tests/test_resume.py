@@ -312,6 +312,35 @@ def test_another_version_or_other_kernels_are_refused(cut, monkeypatch):
         press().run(resume=cut)
 
 
+def test_what_acts_goes_on_where_it_is_when_a_run_is_extended(tmp_path):
+    """Pressures and forces may not jump; the press keeps its pace, however long its run."""
+    loaded().run(tmp_path / "run", frames=2)
+
+    def later(**changes):
+        return dataclasses.replace(loaded(), duration=6e-3, **changes)
+
+    air = loaded().pressures[0]
+    jump = dataclasses.replace(air, pressure=[(1e-3, 0.0), (4e-3, 900.0)])
+    plate = loaded().tools[2]
+    harder = dataclasses.replace(plate, motion=dataclasses.replace(plate.motion, force=9.0))
+    heavier = dataclasses.replace(plate, motion=dataclasses.replace(plate.motion, mass=0.5))
+    for scene, words in (
+        (later(pressures=[jump]), "pressure 'air' would go from -300 to -900 Pa at once"),
+        (
+            later(tools=[*loaded().tools[:2], harder]),
+            "force of tool 'plate' would go from 2 to 9 N",
+        ),
+        (later(tools=[*loaded().tools[:2], heavier]), "floating of tool 'plate' = "),
+        (later(process_duration=5.0), "process_duration over duration = "),
+    ):
+        with pytest.raises(InputError, match=words):
+            scene.run(resume=tmp_path / "run", extend=True)
+    longer = later().run(resume=tmp_path / "run", extend=True)
+    record = json.loads((tmp_path / "run" / "run.json").read_text("utf-8"))
+    assert longer.completed and record["duration_s"] == pytest.approx(6e-3)
+    assert record["process_duration_s"] == pytest.approx(6.0)
+
+
 def test_no_run_no_resume(tmp_path):
     with pytest.raises(InputError, match=r"nowhere does not exist: give the folder of a run"):
         press().run(resume=tmp_path / "nowhere")

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import InputError
+from warpdrape.forces.pressure import along_normals
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, peak_speed
 from warpdrape.tools.motion import Float
@@ -41,7 +42,16 @@ def longer(scene: Setup, frames: int | None, earlier: Restart) -> tuple[Setup, T
             "to extend it, give a longer duration or more frames"
         )
     timing = dataclasses.replace(earlier.timing, frames=total)
-    return dataclasses.replace(scene, duration=total * each), timing
+    longer, pace = total * each, earlier.parts.get("process_duration over duration")
+    process = scene.process_duration
+    if pace is not None and process is not None:
+        # Given for the run as it was, or for the longer one: the press goes on at its pace.
+        if any(
+            math.isclose(process, pace * t, rel_tol=1e-6)
+            for t in (earlier.duration, scene.duration)
+        ):
+            process = pace * longer
+    return dataclasses.replace(scene, duration=longer, process_duration=process), timing
 
 
 def check_motions(model: Model, earlier: Restart) -> None:
@@ -58,6 +68,8 @@ def check_motions(model: Model, earlier: Restart) -> None:
     times, peak = np.array([now, now + step]), peak_speed(scene)
     for number, tool in enumerate(scene.tools):
         if isinstance(tool.motion, Float):
+            was = earlier.at_end("tools.force", len(scene.tools))[number]
+            _refuse_step(f"force of tool {tool.name!r}", was, float(tool.motion.force_at(now)), "N")
             continue
         shift, velocity = (
             earlier.floats(name, 3)[number] for name in ("tools.shift", "tools.velocity")
@@ -66,6 +78,10 @@ def check_motions(model: Model, earlier: Restart) -> None:
         jump = float(np.linalg.norm(here - shift))
         jerk = float(np.linalg.norm((there - here) / step - velocity))
         _refuse_jump(f"tool {tool.name!r}", jump, jerk, step, peak)
+    pressures = along_normals(scene, np.array([now]))[:, 0]
+    for number, pressure in enumerate(scene.pressures):
+        was = earlier.at_end("loads.pressure", len(scene.pressures))[number]
+        _refuse_step(f"pressure {pressure.name!r}", was, float(pressures[number]), "Pa")
     done = int(earlier.arrays["step"].view(np.int32)[0])
     for number, clamp in enumerate(scene.clamps):
         row = number * (model.timing.steps_ahead + 1) + done
@@ -75,6 +91,13 @@ def check_motions(model: Model, earlier: Restart) -> None:
         matrix = clamp.matrix(times)[0] if clamp.matrix else np.eye(3)
         jump = float(np.linalg.norm(here - was) + np.abs(matrix - turned).max())
         _refuse_jump(f"clamp {clamp.name!r}", jump, 0.0, step, peak)
+
+
+def _refuse_step(name: str, was: float, now: float, unit: str) -> None:
+    if abs(now - was) > JERK * max(abs(now), abs(was)):
+        raise InputError(
+            f"{name} would go from {was:.4g} to {now:.4g} {unit} at once: let it go on from there"
+        )
 
 
 def _refuse_jump(name: str, jump: float, jerk: float, step: float, peak: float) -> None:

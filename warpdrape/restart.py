@@ -91,6 +91,11 @@ class Restart:
         except (KeyError, ValueError) as error:
             raise damaged(self.folder, f"{name}: {error}") from error
 
+    def at_end(self, name: str, rows: int) -> np.ndarray:
+        """Entries of a table over the coming steps at the step that it has come to, shape [row]."""
+        done = int(self.arrays["step"].view(np.int32)[0])
+        return self.floats(name, self.floats(name, 1).size // rows)[:, done]
+
     def check(self, model: Model, threads: int, *, extending: bool) -> None:
         """Raise `InputError` if a model is not that of the run, saying where it differs."""
         ours = fingerprint(model, threads)

@@ -15,7 +15,6 @@ def pressure_force(pressure: wp.float64, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) 
 
 @wp.kernel(enable_backward=False)
 def add_pressure(
-    first: int,
     load: int,
     corners: wp.array(dtype=wp.vec3i),
     pressure: wp.array2d(dtype=wp.float64),
@@ -31,7 +30,6 @@ def add_pressure(
     Its work over a step is that of the mean of the forces at both ends.
 
     Args:
-        first: number of the first of these triangles.
         load: number of the pressure.
         corners: vertices of its triangles, shape [loaded].
         pressure: along the triangles' normals at each step [Pa], shape [load, step + 1].
@@ -42,7 +40,7 @@ def add_pressure(
         middle: where the triangles' centroids were then [m], likewise.
         work: done by the pressure [J], shape [loaded]; accumulated.
     """
-    t = first + wp.tid()
+    t = wp.tid()
     at = corners[t]
     force = pressure_force(pressure[load, step[0]], x[at[0]], x[at[1]], x[at[2]])
     third = force / wp.float64(3.0)

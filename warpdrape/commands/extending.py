@@ -120,6 +120,12 @@ def _further(scene: Scene, way: float) -> tuple[Scene, float]:
             )
     if not movers:
         raise InputError("--extend by a way needs a tool or clamp that travels; none does")
+    for thing in movers:
+        if isinstance(thing.motion, Stages):
+            raise InputError(
+                f"{thing.name!r} moves in stages, of which none is the one to go on: extend by a "
+                "time, or from Python by a scene with one more stroke"
+            )
     time = max(_time(thing.motion, way) for thing in movers)
     motions = {thing.name: _path(thing.name, thing.motion, now, way, time) for thing in movers}
     held = now - max(thing.motion.end for thing in movers)
@@ -130,7 +136,7 @@ def _further(scene: Scene, way: float) -> tuple[Scene, float]:
     return replace(scene, tools=tools, clamps=clamps), time + max(held, 0.0)
 
 
-def _time(motion: Stroke | Stages | Path, way: float) -> float:
+def _time(motion: Stroke | Path, way: float) -> float:
     """Time of a smooth path of some way [m] with a motion's largest speed and acceleration [s]."""
     fine = np.linspace(motion.start, motion.end, SAMPLES)
     step = fine[1] - fine[0]

@@ -17,7 +17,7 @@ from warpdrape.tools.motion import Float
 from warpdrape.tools.tool import Tool
 
 LOOKS = 24
-"""Instants of a run at which tools are held against each other."""
+"""Instants at which tools are held against each other, besides those at which one turns."""
 ACROSS, MOST = 40, 20_000
 """Points of a tool across the plies, about, and at most in all, corners of facets besides."""
 TOO_LITTLE = 0.95
@@ -62,7 +62,8 @@ def closing_tools(scene: Setup) -> list[Closing]:
         scene: what is computed.
     """
     led = [tool for tool in scene.tools if not isinstance(tool.motion, Float)]
-    times = np.linspace(0.0, scene.duration, LOOKS + 1)
+    turns = [time for tool in led for time in tool.motion.turns if time <= scene.duration]
+    times = np.unique([*np.linspace(0.0, scene.duration, LOOKS + 1), *turns])
     narrowest: dict[frozenset[str], Closing] = {}
     for one, other in permutations(led, 2):
         found = _narrowest(one, other, scene.plies, times)

@@ -92,7 +92,8 @@ def interface_entries(
         slips: from where vertices lay on the next ply [m], shape [vertex, 3].
     """
     sizes, count = np.linalg.norm(slips, axis=1), len(names)
-    slip, seen = memory.slip.numpy(), memory.seen.numpy()["ply"] - 1
+    slip, searches = memory.slip.numpy(), memory.seen.numpy()
+    seen, across = searches["ply"] - 1, searches["across"] == 1
     deepest = memory.deepest.numpy().reshape(count, count)
     jump = memory.jump.numpy().reshape(count, count)
     entries = []
@@ -116,6 +117,7 @@ def interface_entries(
                 {
                     "vertices_of": names[look.searching],
                     "on": names[other],
+                    "across_vertices": int(((seen[slots] == other) & across[slots]).sum()),
                     "max_slip_m": float(way.max()),
                     "mean_slip_m": float(way.mean()),
                     **net,

@@ -65,13 +65,14 @@ class Pressures:
     def launches(
         self, share: Share, bodies: Bodies, memory: tuple[PressureMemory, ...]
     ) -> Launches:
-        """A part's own share of the triangles."""
+        """All of the triangles, by part 0: it alone counts the steps, as others scatter."""
         plies, scatter = bodies.plies, []
+        if share.number > 0:
+            return Launches()
         for load, (corners, mine) in enumerate(zip(self.corners, memory, strict=True)):
-            first, count = share.of(len(corners))
-            inputs = [first, load, corners, bodies.loads.pressure, bodies.step, plies.x]
+            inputs = [load, corners, bodies.loads.pressure, bodies.step, plies.x]
             outputs = [plies.f, mine.acted, mine.middle, mine.work]
-            scatter.append(Launch(add_pressure, count, inputs, outputs))
+            scatter.append(Launch(add_pressure, len(corners), inputs, outputs))
         return Launches(scatter=tuple(scatter))
 
     def measure(self, bodies: Bodies, memory: tuple[PressureMemory, ...]) -> Measured:

@@ -70,7 +70,7 @@ class Springs:
             SpringMemory(
                 slipped=wp.zeros(each.vertices.shape[0], dtype=wp.float64, device=place),
                 state=wp.zeros(each.vertices.shape[0], dtype=wp.int32, device=place),
-                acted=wp.zeros(each.vertices.shape[0], dtype=wp.vec3d, device=place),
+                acted=wp.full(each.vertices.shape[0], _preload(each.law), wp.vec3d, device=place),
                 before=wp.clone(each.start),
                 work=wp.zeros(each.vertices.shape[0], dtype=wp.float64, device=place),
             )
@@ -172,6 +172,12 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Springs | None:
             )
         )
     return Springs(scene, tuple(devices))
+
+
+def _preload(law: SpringLaw) -> wp.vec3d:
+    """Pull of a spring at the start [N]."""
+    to = np.array(law.to)
+    return wp.vec3d(*(float(law.preload) * to / np.linalg.norm(to)))
 
 
 def _law(spring: Spring, count: int) -> SpringLaw:

@@ -16,6 +16,7 @@ from warpdrape.defects.alignment import WantedDirection
 from warpdrape.dynamics.model import Model
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
+from warpdrape.tools.motion import Float
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
@@ -47,9 +48,9 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "scene": scene.name,
         "duration": scene.duration,
         "frames": model.timing.frames,
-        "friction": plain(scene.friction),
-        "ply_friction": plain(scene.ply_friction),
-        "process_duration": scene.process_duration,
+        "friction": _without_words(plain(scene.friction)),
+        "ply_friction": _without_words(plain(scene.ply_friction)),
+        "process_duration over duration": process_pace(scene),
         "self_contact": scene.self_contact,
         "gravity": [float(g) for g in scene.gravity],
         "plies": [ply.name for ply in scene.plies],
@@ -153,9 +154,32 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
     surface = _digest(tool.vertices, tool.triangles, np.asarray(tool.surface.normals))
     return {
         f"surface of tool {tool.name!r}": surface,
-        f"friction of tool {tool.name!r}": plain(scene.friction_of(tool)),
-        f"{MOTIONS}tool {tool.name!r}": plain(tool.motion),
+        f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
+        **_motion(tool),
     }
+
+
+def _motion(tool: Tool) -> dict[str, Any]:
+    """Its motion; of one that floats the force alone may be another in an extension."""
+    if not isinstance(tool.motion, Float):
+        return {f"{MOTIONS}tool {tool.name!r}": plain(tool.motion)}
+    motion = plain(tool.motion)
+    force = {name: motion.pop(name) for name in ("force", "ramp")}
+    return {f"{MOTIONS}tool {tool.name!r}": force, f"floating of tool {tool.name!r}": motion}
+
+
+def _without_words(friction: Any) -> Any:
+    """A friction, or several, without where the numbers are from."""
+    if isinstance(friction, Mapping):
+        return {k: _without_words(v) for k, v in friction.items() if k != "source"}
+    return friction
+
+
+def process_pace(scene: Setup) -> float | None:
+    """Time of the process over that of the simulation, but for rounding [-]."""
+    if scene.process_duration is None:
+        return None
+    return float(f"{scene.process_duration / scene.duration:.10g}")
 
 
 def _wanted(scene: Setup, wanted: WantedDirection) -> dict[str, Any]:

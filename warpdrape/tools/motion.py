@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from warpdrape.tools.over_time import table_over_time, through
 from warpdrape.wording import brief
 
 SAMPLES = 2001
-"""Times at which a motion is asked for its largest speed and way."""
+"""Times at which a path is asked for its largest speed."""
 
 
 def vector(name: str, value: Sequence[float]) -> np.ndarray:
@@ -63,6 +64,7 @@ class Still:
     largest_way: ClassVar[float] = 0.0
     end: ClassVar[float] = 0.0
     heading: ClassVar[tuple[float, ...]] = (0.0, 0.0, 0.0)
+    turns: ClassVar[tuple[float, ...]] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +131,11 @@ class Stroke:
         """Where it goes [m], shape [3]."""
         return np.asarray(self.travel, dtype=float)
 
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Times at which it begins, ends, or turns round [s]."""
+        return (self.start, self.end)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stages:
@@ -162,14 +169,23 @@ class Stages:
 
     @property
     def peak_speed(self) -> float:
-        """Largest speed [m/s], sampled; that of the fastest stroke at least."""
-        return max(_peak_speed(self), *(stroke.peak_speed for stroke in self.strokes))
+        """Largest speed [m/s]: at most that of all strokes that are on at a time."""
+        return max(
+            sum(stroke.peak_speed for stroke in self.strokes if stroke.start <= time < stroke.end)
+            for time in {stroke.start for stroke in self.strokes}
+        )
 
     @property
     def largest_way(self) -> float:
-        """Farthest that it goes from the start [m], sampled."""
-        fine = np.linspace(self.start, self.end, SAMPLES)
+        """Farthest that it goes from the start [m], sampled between turns."""
+        turns = self.turns
+        fine = np.concatenate([np.linspace(*ends, 101) for ends in pairwise(turns)])
         return float(np.linalg.norm(self.displacement(fine), axis=1).max())
+
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Times at which a stroke begins or ends [s]."""
+        return tuple(sorted({time for stroke in self.strokes for time in stroke.turns}))
 
     @property
     def heading(self) -> np.ndarray:
@@ -215,7 +231,9 @@ class Path:
     @property
     def peak_speed(self) -> float:
         """Largest speed [m/s], sampled."""
-        return _peak_speed(self)
+        fine = np.linspace(self.start, self.end, SAMPLES)
+        steps = np.diff(self.displacement(fine), axis=0)
+        return float(np.linalg.norm(steps, axis=1).max() / (fine[1] - fine[0]))
 
     @property
     def largest_way(self) -> float:
@@ -233,16 +251,14 @@ class Path:
         return float(self.times[-1])
 
     @property
+    def turns(self) -> tuple[float, ...]:
+        """Times of its samples [s]."""
+        return tuple(np.asarray(self.times, dtype=float).tolist())
+
+    @property
     def heading(self) -> np.ndarray:
         """Where it ends [m], shape [3]."""
         return self.positions[-1] - self.positions[0]
-
-
-def _peak_speed(motion: Path | Stages) -> float:
-    """Largest speed of a motion [m/s], sampled."""
-    fine = np.linspace(motion.start, motion.end, SAMPLES)
-    steps = np.diff(motion.displacement(fine), axis=0)
-    return float(np.linalg.norm(steps, axis=1).max() / (fine[1] - fine[0]))
 
 
 @dataclass(frozen=True, kw_only=True)

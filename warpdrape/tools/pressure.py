@@ -41,7 +41,7 @@ class Pressure:
             raise InputError(f"pressure name = {said(self.name)} must be a plain identifier")
         one_of(f"side of pressure {self.name!r}", self.side, ("upper", "lower"))
         positive(f"ramp of pressure {self.name!r}", self.ramp, unit="s", zero=True)
-        if isinstance(self.pressure, Sequence) and not isinstance(self.pressure, str):
+        if isinstance(self.pressure, list | tuple | np.ndarray):
             table = table_over_time(f"pressure {self.name!r}", self.pressure, "Pa")
             object.__setattr__(self, "pressure", table)
         else:

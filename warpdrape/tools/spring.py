@@ -29,7 +29,7 @@ class Spring:
         direction: "following": along the line from the vertex to the frame, wherever it goes;
             "fixed": along ``to``, as with a gripper on a rail.
         slip_force: at which the ply slips through the grip, which goes on pulling with it [N].
-        break_force: at which the grip lets go for good [N].
+        break_force: at which the grip lets go for good [N]; one of the two.
     """
 
     name: str
@@ -53,6 +53,11 @@ class Spring:
         if self.stiffness == 0.0 and self.preload == 0.0:
             raise InputError(f"spring {self.name!r} has neither stiffness nor preload: give one")
         one_of(f"direction {what}", self.direction, ("following", "fixed"))
+        if self.slip_force is not None and self.break_force is not None:
+            raise InputError(
+                f"spring {self.name!r} has slip_force and break_force: a grip that slips never "
+                "pulls harder, one that breaks first never slips; leave one out"
+            )
         for name in ("slip_force", "break_force"):
             limit = getattr(self, name)
             if limit is not None and finite(f"{name} {what}", limit, unit="N") <= self.preload:
