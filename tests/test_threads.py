@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 from test_engine import small_press
 
+from warpdrape import Pressure, Spring
 from warpdrape.blanks.ply import Ply
 from warpdrape.cli import main
 from warpdrape.dynamics import crew, stepping
@@ -59,6 +60,28 @@ def test_threads_compute_what_one_part_after_another_does(threads, averaging):
     alone, _ = state_after(threads, False, scene)
     assert_same_bits(together, alone)
     assert_same_bits(together, state_after(threads, True, scene)[0])
+
+
+def test_loads_that_change_with_time_are_the_same_on_threads():
+    """A pressure that rises, springs that slip: read once part 0 has counted a step."""
+    scene = small_press(
+        pressures=[Pressure(name="air", ply="high", pressure=[(0.0, 0.0), (1.0, 1e5)])],
+        springs=[
+            Spring(
+                name="grip",
+                ply="low",
+                where=lambda p: p[:, 0] < 0.0,
+                to=(0.0, 0.0, 0.1),
+                stiffness=1e4,
+                slip_force=1e-3,
+            )
+        ],
+    )
+    together, _ = state_after(2, True, scene)
+    alone, _ = state_after(2, False, scene)
+    assert_same_bits(together, alone)
+    done = [v for name, v in together.items() if name.startswith("memory") and "work" in name]
+    assert len(done) == 2 and all(work.any() for work in done)
 
 
 def test_waiting_without_spinning_gives_the_same(monkeypatch):
