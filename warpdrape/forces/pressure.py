@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdrape.forces.load_work import work_done
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.pressure import add_pressure
 from warpdrape.setup import Setup
@@ -86,10 +87,8 @@ class Pressures:
             at = corners.numpy()
             a, b, c = (x[at[:, corner]] for corner in range(3))
             force = 0.5 * now[load] * np.cross(b - a, c - a)
-            # Velocities are half a step on: so is the work, by half of the force that led there.
             moved = x[at].mean(axis=1) - mine.middle.numpy()
-            ahead = 0.5 * (mine.acted.numpy() * moved).sum()
-            done = float(mine.work.numpy().sum() + ahead)
+            done = work_done(mine.work, mine.acted, moved)
             work += done
             readings[f"{pressure.name}_pressure_pa"] = float(UPWARDS[pressure.side] * now[load])
             readings[f"{pressure.name}_force_z_n"] = float(force[:, 2].sum())

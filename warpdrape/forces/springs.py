@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdrape.forces.load_work import work_done
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.springs import BROKEN, SpringLaw, add_spring_forces
 from warpdrape.setup import Setup
@@ -94,9 +95,7 @@ class Springs:
         work, readings = 0.0, {}
         for spring, each, mine in zip(self.scene.springs, self.devices, memory, strict=True):
             acted, at = mine.acted.numpy(), x[each.vertices.numpy()]
-            # Velocities are half a step on: so is the work, by half of the force that led there.
-            ahead = 0.5 * (acted * (at - mine.before.numpy())).sum()
-            done = float(mine.work.numpy().sum() + ahead)
+            done = work_done(mine.work, mine.acted, at - mine.before.numpy())
             work += done
             readings[f"{spring.name}_force_n"] = float(np.linalg.norm(acted, axis=1).sum())
             readings[f"{spring.name}_work_j"] = done
