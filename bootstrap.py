@@ -17,6 +17,8 @@ NEEDED = (3, 11)
 ROOT = Path(__file__).resolve().parent
 EXTRAS = {"run": "", "test": "[dev]"}
 """What each command installs beside the package itself."""
+SEVERAL = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile"]
+"""Tests run in a process a core, up to four; `-n 0` after the command takes that back."""
 STAMP = "warpdrape-installed.txt"
 """File in the environment that says what was installed, so that a second start is quick."""
 
@@ -44,7 +46,7 @@ def main(argv=None):
         return status
     if arguments.command == "run":
         return call([python, "-m", "warpdrape", "run", *arguments.rest])
-    return call([python, "-m", "pytest", *arguments.rest], cwd=ROOT)
+    return call([python, "-m", "pytest", *SEVERAL, *arguments.rest], cwd=ROOT)
 
 
 def parse(argv=None):
