@@ -118,7 +118,7 @@ def test_walks_find_what_asking_finds(device):
         moved += (before != memory_of(model, after).seen.numpy()["seen"]).sum()
         nearest = nearest_facets(model, after)
         in_sight = nearest < THICKNESS + 0.9 * near
-        waiting = memory_of(model, state).seen.numpy()["wait"] > 0
+        waiting = memory_of(model, state).seen.numpy()["way"] > 2.0 * near
         assert not (in_sight & waiting & np.isfinite(asked)).any()
         # Queries round positions to single precision, and so may take a facet 1e-7 m farther off.
         np.testing.assert_allclose(remembered(model, after)[in_sight], nearest[in_sight], atol=1e-6)
@@ -149,7 +149,7 @@ def test_whoever_is_far_is_looked_at_before_it_can_touch(device):
         slots = np.r_[inner[:first], inner[first:]]
         assert near[slots].all() if gap <= 0.9 * reach else True
         assert not near[slots].any() if gap > reach else True
-        left_out += (memory_of(model, state).seen.numpy()["wait"] > 0).sum()
+        left_out += (memory_of(model, state).seen.numpy()["way"] > 2.0 * reach).sum()
     assert gap < 0.0 and left_out > 100
 
 

@@ -145,6 +145,7 @@ class Measured:
         work: done on the plies from outside so far [J].
         readings: columns of ``history.csv`` by name.
         touched: numbers of plies that a contact has touched, but for what `PlyState.lost` tells.
+        warnings: what to look at, in words.
     """
 
     stored: Mapping[str, float] = field(default_factory=dict)
@@ -155,6 +156,7 @@ class Measured:
     work: float = 0.0
     readings: Mapping[str, float] = field(default_factory=dict)
     touched: frozenset[int] = frozenset()
+    warnings: tuple[str, ...] = ()
 
 
 def met_in_contact(measured: Sequence[Measured]) -> dict[str, list[dict[str, Any]]]:

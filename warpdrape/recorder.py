@@ -221,7 +221,6 @@ class Recorder:
             grown=self.watch.seen.grown,
             loose=self._loose,
             squeezed=self.watch.seen.squeezed,
-            fastest=self.watch.seen.fastest,
             steps=self.steps,
             wall=wall,
         )

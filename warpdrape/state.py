@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.kernels.contact.look_ahead import Pace
 from warpdrape.setup import Setup
 
 
@@ -29,6 +30,8 @@ class Across(Enum):
 SHARING_A_PLACE, MOST_PLACES = 1000, 64
 """Vertices that may add to one reaction of a tool on a graphics card, where a million adding to one
 would wait for each other longer than the rest of the step takes; and most reactions of a tool."""
+MOST_PARTS = 64
+"""Parts of a model at most, each computed by a thread."""
 Apart = Mapping[str, Across]
 """Arrays of a record, by name, that are not shared: its class attribute ``apart``."""
 
@@ -43,6 +46,8 @@ class PlyState:
         f: forces of this step [N], shape [vertex].
         lost: (friction, contact damping, mass damping) [J], shape [vertex].
         runaway: first vertex that ran away, −1 while there is none, shape [1].
+        speeds: the largest of the vertices of a part at the last search [m/s], shape [part].
+        paces: how far the searches of a part look, shape [part].
     """
 
     x: wp.array
@@ -50,6 +55,8 @@ class PlyState:
     f: wp.array
     lost: wp.array
     runaway: wp.array
+    speeds: wp.array
+    paces: wp.array
     apart: ClassVar[Apart] = {"f": Across.SCATTERED, "runaway": Across.FIRST}
 
 
@@ -142,6 +149,8 @@ def start_plies(points: np.ndarray, device: str) -> PlyState:
         f=wp.zeros(n, dtype=wp.vec3d, device=device),
         lost=wp.zeros(n, dtype=wp.vec3d, device=device),
         runaway=wp.full(1, -1, dtype=wp.int32, device=device),
+        speeds=wp.zeros(MOST_PARTS, dtype=wp.float64, device=device),
+        paces=wp.zeros(MOST_PARTS, dtype=Pace, device=device),
     )
 
 

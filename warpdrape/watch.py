@@ -70,13 +70,11 @@ class Seen:
         grown: share of the energy that came from nowhere, where that ended the run [-].
         squeezed: the deepest squeeze between tools so far, in words; empty where there was none.
         squeeze: the same in numbers.
-        fastest: largest speed of a vertex at any frame [m/s].
     """
 
     grown: float = 0.0
     squeezed: str = ""
     squeeze: Squeeze | None = None
-    fastest: float = 0.0
 
 
 class Watch:
@@ -111,8 +109,6 @@ class Watch:
                 from nowhere.
         """
         self._refuse_nonsense(plies, now)
-        fastest = float(np.sqrt((state.plies.v.numpy() ** 2).sum(axis=1).max()))
-        self.seen.fastest = max(self.seen.fastest, fastest)
         self._note_squeeze(state, now)
         self._refuse_passage(state, now)
         self._refuse_growth(state, energies, now)

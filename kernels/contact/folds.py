@@ -9,6 +9,7 @@ are: their lips may lie on each other without a bend.
 import warp as wp
 
 from .facets import PlyFacets
+from .on_ply import PlySearch, radius_of
 
 TURN = wp.constant(wp.float64(1.4))
 """Angle between any two normals of patches beside each other up to which they cannot touch [rad]:
@@ -89,7 +90,7 @@ def mark_folds(
     patches: Patches,
     first_patch: int,
     count: int,
-    margin: wp.float64,
+    search: PlySearch,
     folded: wp.array(dtype=wp.int32),
 ):
     """Say of each patch of a ply whether it may touch the ply; one thread a patch.
@@ -98,11 +99,12 @@ def mark_folds(
         patches: as bounded.
         first_patch: of the ply.
         count: of its patches.
-        margin: distance that may be closed before the next search [m].
+        search: how to look.
         folded: 1 if it may, shape [patch]; overwritten.
     """
     p = first_patch + wp.tid()
     found = patches.gaping[p]
+    margin = radius_of(search)
     for q in range(first_patch, first_patch + count):
         if found == 0 and may_touch(patches, p, q, margin):
             found = 1

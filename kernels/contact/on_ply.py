@@ -7,9 +7,7 @@ import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction, normal_energy
 from .friction import Rub
-
-MOST_WAITS = wp.constant(wp.float64(100.0))
-"""Searches that may leave a point out, at most."""
+from .look_ahead import Pace, sight
 
 
 @wp.struct
@@ -48,7 +46,7 @@ class PlyMemory:
     """What the search of a point for a ply remembers; zero at first."""
 
     seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
-    wait: wp.int32  # searches until which it cannot have come near
+    way: wp.float64  # that it may come closer before it is near [m]
     ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
     across: wp.int32  # 1 if it lies across the stacking order, 2 if undecided past the border
 
@@ -58,16 +56,23 @@ class PlySearch:
     """How a search looks."""
 
     asks: wp.int32  # 1 to ask for every point; 0 to walk from what it remembers
-    reach: wp.float64  # distance beyond the thickness that counts as near [m]
-    radius: wp.float64  # of the mesh query [m]
+    part: wp.int32  # of the model that searches
+    paces: wp.array(dtype=Pace)  # shape [part]
+    thickness: wp.float64  # largest of mid-surfaces in contact [m]
     keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
     ease: wp.float64  # by which one may shrink at most until then [m]
 
 
 @wp.func
-def waits(gap: wp.float64, reach: wp.float64) -> int:
-    """Searches that may leave out a point so far away: it comes no nearer than reach in each."""
-    return int(wp.min(gap / reach, MOST_WAITS)) - 1
+def reach_of(search: PlySearch) -> wp.float64:
+    """Distance beyond the thickness that counts as near [m]."""
+    return search.paces[search.part].reach
+
+
+@wp.func
+def radius_of(search: PlySearch) -> wp.float64:
+    """Radius of a mesh query [m]."""
+    return search.thickness + sight(search.thickness, reach_of(search))
 
 
 @wp.func

@@ -25,8 +25,9 @@ from .on_ply import (
     before_search,
     effective_mass,
     press_on_ply,
+    radius_of,
+    reach_of,
     settled,
-    waits,
 )
 from .surface import facet_slope, weighted
 from .yarn_angle import at_angle
@@ -192,7 +193,7 @@ def find_ply_contacts(
     When the gap would jump to a deeper penetration (facets change, a vertex comes back over a
     border) the difference is allowed for (`settled`); where it jumps out, what the springs lose
     counts as contact damping. A vertex that is far is left out of walks until it can have come
-    near, at the speed for which ``reach`` suffices from search to search.
+    near.
 
     Args:
         law: contact law.
@@ -219,10 +220,11 @@ def find_ply_contacts(
     thread = wp.tid()
     i = first_vertex + thread
     slot = first_slot + thread
-    if memory[slot].wait > 0 and search.asks == 0:
-        memory[slot].wait -= 1
+    reach = reach_of(search)
+    memory[slot].way -= reach
+    if memory[slot].way > reach and search.asks == 0:
         return
-    memory[slot].wait = 0
+    memory[slot].way = wp.float64(0.0)
     before, had = before_search(
         law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
     )
@@ -237,11 +239,12 @@ def find_ply_contacts(
     last = wp.where(memory[slot].seen > 0, met, -1)
     if search.asks == 1:
         count = stack.half.shape[0]
+        radius = radius_of(search)
         ply = searching + way
         met = ply
         while ply >= 0 and ply < count:
             first = stack.first_triangle[ply]
-            there = ask_for_nearest(facets, stack.meshes[ply], first, search.radius, x, x[i])
+            there = ask_for_nearest(facets, stack.meshes[ply], first, radius, x, x[i])
             if there.facet >= 0:
                 thickness = stack.half[searching] + stack.half[ply]
                 lay = wp.int32(2)
@@ -274,8 +277,8 @@ def find_ply_contacts(
     if plane.beyond == 2:
         return
     gap = plane.gap
-    if gap > search.reach:
-        memory[slot].wait = waits(gap, search.reach)
+    if gap > reach:
+        memory[slot].way = gap
         return
     corners = facets.corners[nearest.facet]
     slots.contacts[slot].near = 1

@@ -24,6 +24,8 @@ from .on_ply import (
     before_search,
     effective_mass,
     press_on_ply,
+    radius_of,
+    reach_of,
     settled,
 )
 from .surface import to_single, weighted
@@ -164,7 +166,7 @@ def touch(
         return
     offset = nearest.offset
     distance = wp.length(offset)
-    if distance > ply.thickness + search.reach:
+    if distance > ply.thickness + reach_of(search):
         return
     outward = side * upward(facets, nearest, x)
     height = wp.dot(offset, outward)
@@ -267,12 +269,13 @@ def find_self_contacts(
     if asks:
         held_above = upper
         held_below = lower
-        margin = wp.vec3d(search.radius, search.radius, search.radius)
+        radius = radius_of(search)
+        margin = wp.vec3d(radius, radius, radius)
         query = wp.mesh_query_aabb(ply.mesh, to_single(point - margin), to_single(point + margin))
         for face in query:
             there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
             square = wp.length_sq(there.offset)
-            if square < search.radius * search.radius and is_another_fold(flat, facets, i, there):
+            if square < radius * radius and is_another_fold(flat, facets, i, there):
                 over = is_same_place(flat, facets, i, held_above, there)
                 under = is_same_place(flat, facets, i, held_below, there)
                 if over == under:

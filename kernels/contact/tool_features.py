@@ -12,7 +12,15 @@ import warp as wp
 from .contact import CompactionLaws, ContactLaw, contact_traction
 from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
 from .friction import Rub
-from .on_ply import PlyContact, PlySearch, before_search, contact_gap, settled, waits
+from .on_ply import (
+    PlyContact,
+    PlySearch,
+    before_search,
+    contact_gap,
+    radius_of,
+    reach_of,
+    settled,
+)
 from .surface import weighted
 
 
@@ -21,7 +29,7 @@ class FeatureMemory:
     """What the search of a point for a ply remembers; zero at first."""
 
     seen: wp.int32  # number of the nearest triangle plus one; 0 if none was in sight
-    wait: wp.int32  # searches until which it cannot have come near
+    way: wp.float64  # that it may come closer before it is near [m]
     side: wp.float64  # of the ply on which it is, +1 above; 0 while it is not near
     before: wp.float64  # gap before the search, if below zero [m]
     had: wp.float64  # energy of the springs before the search [J]
@@ -111,8 +119,9 @@ def find_features(
     """
     k = wp.tid()
     slot = first_slot + k
-    if memory[slot].wait > 0 and search.asks == 0:
-        memory[slot].wait -= 1
+    reach = reach_of(search)
+    memory[slot].way -= reach
+    if memory[slot].way > reach and search.asks == 0:
         return
     zero = wp.float64(0.0)
     tool = features.tools[k]
@@ -120,13 +129,14 @@ def find_features(
     side = memory[slot].side
     before, had = before_search(law, laws, contacts[slot], x, at, springs[slot], stored[slot])
     contacts[slot].near = 0
-    memory[slot].wait = 0
+    memory[slot].way = zero
     memory[slot].side = zero
     memory[slot].before = before
     memory[slot].had = had
     nearest = no_facet()
     if search.asks == 1:
-        nearest = ask_for_nearest(facets, ply.mesh, ply.first_triangle, search.radius, x, at)
+        radius = radius_of(search)
+        nearest = ask_for_nearest(facets, ply.mesh, ply.first_triangle, radius, x, at)
     elif memory[slot].seen > 0:
         nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, at)
     memory[slot].seen = nearest.facet + 1
@@ -148,8 +158,8 @@ def find_features(
     if wp.abs(distance) > wp.float64(1.0e-3) * ply.half:
         normal = offset / distance
     gap = distance - ply.half
-    if gap > search.reach:
-        memory[slot].wait = waits(gap, search.reach)
+    if gap > reach:
+        memory[slot].way = gap
         return
     memory[slot].side = side
     memory[slot].gap = gap

@@ -106,10 +106,13 @@ class PlyContact:
 
     def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
+        part = share.number
         looks = [(look, run) for look in self.looks for run in share.by_ply[look.searching]]
         return Launches(
-            ask=tuple(self._find(*look, bodies.plies, memory, asking=True) for look in looks),
-            walk=tuple(self._find(*look, bodies.plies, memory, asking=False) for look in looks),
+            ask=tuple(self._find(*look, part, bodies.plies, memory, asking=True) for look in looks),
+            walk=tuple(
+                self._find(*look, part, bodies.plies, memory, asking=False) for look in looks
+            ),
             scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
         )
 
@@ -117,12 +120,20 @@ class PlyContact:
         return run.first + look.first_slot - self.spans[look.searching].first_vertex
 
     def _find(
-        self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory, *, asking: bool
+        self,
+        look: PlyLook,
+        run: Run,
+        part: int,
+        plies: PlyState,
+        memory: PlyMemory,
+        *,
+        asking: bool,
     ) -> Launch:
+        thickness = thickest(self.scene)
         inputs = [
             self.law,
             self.laws,
-            ply_search(self.scene, self.timing, thickest(self.scene), asking=asking),
+            ply_search(self.scene, self.timing, plies, part, thickness, asking=asking),
             self.surfaces.facets,
             self.stack,
             look.searching,

@@ -11,13 +11,15 @@ import warp as wp
 from warpdrape.contact.law import near_reach
 from warpdrape.contact.ply_facets import build_facets
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.kernels.contact import look_ahead
 from warpdrape.kernels.contact import ply_surfaces as kernels
 from warpdrape.kernels.contact.facets import PlyFacets
 from warpdrape.kernels.contact.on_ply import PlySearch
 from warpdrape.setup import Setup
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing, peak_speed
 
-ASK_EVERY = 16
+ASK_EVERY = int(look_ahead.ASK_EVERY)
 """Contact searches from one in which every point asks for the nearest facet of a ply to the next
 such one; between, it walks from the facet that it remembers."""
 FADING = 2e-4
@@ -38,6 +40,8 @@ class PlySurfaces:
 
     Attributes:
         device: Warp device.
+        scene: what is computed.
+        timing: the steps.
         spans: where plies are.
         facets: the plies' triangles.
         meshes: per ply, moved along for searches.
@@ -47,6 +51,8 @@ class PlySurfaces:
     """
 
     device: str
+    scene: Setup
+    timing: Timing
     spans: tuple[Span, ...]
     facets: PlyFacets
     meshes: tuple[wp.Mesh, ...]
@@ -57,17 +63,22 @@ class PlySurfaces:
     searches: str = "ply surfaces"
 
     def start(self) -> None:
-        """Nothing to remember."""
+        """Nothing to remember; how fast plies are is theirs to tell."""
 
     def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
         """A part's own vertices, and the query meshes in its care."""
-        x = bodies.plies.x
-        prepare, measure = [], []
-        for first, count in share.vertices if self.shapes else ():
-            inputs = [first, self.facets, x]
-            prepare.append(Launch(kernels.compute_vertex_normals, count, inputs, [self.normals]))
-            inputs = [first, self.facets, x, self.normals]
-            measure.append(Launch(kernels.compute_hollows, count, inputs, [self.hollows]))
+        plies, part = bodies.plies, share.number
+        x = plies.x
+        prepare = [Launch(look_ahead.forget_speed, 1, [part], [plies.speeds])]
+        measure = [self._set_pace(part, plies)]
+        for first, count in share.vertices:
+            inputs = [first, part, plies.v]
+            prepare.append(Launch(look_ahead.find_speed, count, inputs, [plies.speeds]))
+            if self.shapes:
+                inputs, outputs = [first, self.facets, x], [self.normals]
+                prepare.append(Launch(kernels.compute_vertex_normals, count, inputs, outputs))
+                inputs = [first, self.facets, x, self.normals]
+                measure.append(Launch(kernels.compute_hollows, count, inputs, [self.hollows]))
         copy = [
             Launch(
                 kernels.copy_to_single,
@@ -79,22 +90,41 @@ class PlySurfaces:
         ]
         return Launches(
             prepare=tuple(prepare),
-            copy=tuple(copy),
+            copy=(Launch(look_ahead.say_asking, 1, [part], [plies.paces]), *copy),
             refit=tuple(self.meshes[number] for number in share.plies),
             measure=tuple(measure),
         )
 
+    def _set_pace(self, part: int, plies: PlyState) -> Launch:
+        thinnest = min(ply.fabric.thickness for ply in self.scene.plies)
+        interval = self.timing.search_every * self.timing.time_step
+        inputs = [part, near_reach(self.scene), interval, thinnest, plies.speeds]
+        return Launch(look_ahead.set_pace, 1, inputs, [plies.paces])
+
     def measure(self, bodies: Bodies, memory: None) -> Measured:
-        """Nothing: surfaces store no energy."""
-        return Measured()
+        """Surfaces store no energy; whether contact between plies was looked for far enough."""
+        outrun = float(bodies.plies.paces.numpy()["outrun"].max())
+        return Measured(warnings=_passing(outrun) if len(self.scene.plies) > 1 else ())
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str, *, shapes: bool) -> PlySurfaces:
+def _passing(outrun: float) -> tuple[str, ...]:
+    if outrun <= 1.0:
+        return ()
+    return (
+        f"plies gained speed faster than contact between them looks ahead (by {outrun:.3g} times), "
+        "so that they may have passed each other: load them more slowly, or set contact to exact",
+    )
+
+
+def build(
+    scene: Setup, spans: tuple[Span, ...], timing: Timing, device: str, *, shapes: bool
+) -> PlySurfaces:
     """Put the plies' surfaces on a device.
 
     Args:
         scene: what is computed.
         spans: where plies are.
+        timing: the steps.
         device: Warp device.
         shapes: whether normals and hollows are needed.
     """
@@ -109,6 +139,8 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str, *, shapes: bool) -
     first_vertex = np.array([*(span.first_vertex for span in spans), vertices])
     return PlySurfaces(
         device,
+        scene,
+        timing,
         spans,
         build_facets([ply.mesh.triangles for ply in scene.plies], first_vertex, device),
         meshes,
@@ -118,16 +150,19 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str, *, shapes: bool) -
     )
 
 
-def ply_search(scene: Setup, timing: Timing, thickness: float, *, asking: bool) -> PlySearch:
-    """How far a search looks for a ply that is touched at a thickness [m].
-
-    What it does not see must not come near before it asks again.
-    """
+def ply_search(
+    scene: Setup,
+    timing: Timing,
+    plies: PlyState,
+    part: int,
+    thickness: float,
+    *,
+    asking: bool,
+) -> PlySearch:
+    """How a part's searches look for plies that are touched at a thickness [m] at most."""
     search = PlySearch()
-    search.asks = int(asking)
-    search.reach = near_reach(scene)
-    beyond = max(3.0 * thickness + 2.0 * search.reach, (1 + ASK_EVERY) * search.reach)
-    search.radius = thickness + beyond
+    search.asks, search.part, search.paces = int(asking), part, plies.paces
+    search.thickness = thickness
     interval = timing.search_every * timing.time_step
     search.keep = math.exp(-interval / FADING)
     search.ease = PUSH_OUT * peak_speed(scene) * interval

@@ -106,39 +106,43 @@ class SelfContact:
 
     def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
+        plies, part = bodies.plies, share.number
         own = [(ply, run) for ply in self.plies for run in share.by_ply[ply.number]]
         return Launches(
             copy=tuple(
                 launch
                 for ply in self.plies
                 if ply.number in share.plies and self.scene.numerics.contact == "fast"
-                for launch in self._mark(ply, bodies.plies, memory)
+                for launch in self._mark(ply, part, plies, memory)
             ),
-            ask=tuple(self._find(*each, bodies.plies, memory, asking=True) for each in own),
-            walk=tuple(self._find(*each, bodies.plies, memory, asking=False) for each in own),
-            scatter=tuple(self._forces(*each, bodies.plies, memory) for each in own),
+            ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
+            walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
+            scatter=tuple(self._forces(*each, plies, memory) for each in own),
         )
 
     def _mark(
-        self, ply: SearchedSelf, plies: PlyState, memory: SelfContactMemory
+        self, ply: SearchedSelf, part: int, plies: PlyState, memory: SelfContactMemory
     ) -> tuple[Launch, Launch]:
         first, count = self.runs[ply.number]
-        margin = ply_search(self.scene, self.timing, ply.thickness, asking=True).radius
+        thickness = ply.thickness
+        search = ply_search(self.scene, self.timing, plies, part, thickness, asking=True)
         inputs = [self.surfaces.facets, plies.x, first]
         bound = Launch(folds.bound_patches, count, inputs, [self.patches])
-        inputs = [self.patches, first, count, margin]
+        inputs = [self.patches, first, count, search]
         return bound, Launch(folds.mark_folds, count, inputs, [memory.folded])
 
     def _find(
         self,
         ply: SearchedSelf,
         run: Run,
+        part: int,
         plies: PlyState,
         memory: SelfContactMemory,
         *,
         asking: bool,
     ) -> Launch:
-        search = ply_search(self.scene, self.timing, ply.thickness, asking=asking)
+        thickness = ply.thickness
+        search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
         inputs += [self.patches, memory.folded, run.first, self.mass, plies.x]
         outputs = [memory.seen, memory.slots, memory.pressing]

@@ -130,7 +130,7 @@ class FeatureContact:
         forget = Launch(kernels.forget_presses, memory.seen.size, inputs, [memory.presses])
         find, settle = [], []
         for number, ply in enumerate(self.plies):
-            search = ply_search(self.scene, self.timing, ply.half, asking=asking)
+            search = ply_search(self.scene, self.timing, bodies.plies, 0, ply.half, asking=asking)
             first = number * self.count
             inputs = [
                 self.law,

@@ -18,6 +18,7 @@ import warp as wp
 from warpdrape.dynamics.cores import physical_cores
 from warpdrape.errors import InputError, said
 from warpdrape.kernels.dynamics.parts import LINE, await_parts
+from warpdrape.state import MOST_PARTS
 
 SPINS = 1000
 """Looks at a counter before the core is offered to others at each: some 20 µs."""
@@ -25,9 +26,6 @@ LEAST_TRIANGLES = 5000
 """Triangles that each thread has at least, by default: below, waiting eats what it gains."""
 MOST_THREADS = 8
 """Threads at most, by default: every vertex adds up what all of them have scattered."""
-
-LIMIT = 64
-"""Threads at most. More than there are cores compute the same, one part after another."""
 
 
 class Barrier:
@@ -131,8 +129,10 @@ def choose_threads(threads: int | None, device: str, triangles: int) -> int:
         return max(1, min(physical_cores(), MOST_THREADS, triangles // LEAST_TRIANGLES))
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise InputError(f"threads = {said(threads)} must be a whole number, 1 or more")
-    if threads > LIMIT:
-        raise InputError(f"threads = {threads} must not exceed {LIMIT}: give the number of cores")
+    if threads > MOST_PARTS:  # up to them, more than cores compute the same, one after another
+        raise InputError(
+            f"threads = {threads} must not exceed {MOST_PARTS}: give the number of cores"
+        )
     if threads > 1 and device != "cpu":
         raise InputError(f"threads = {threads} are for device 'cpu'; leave them out for {device!r}")
     return threads

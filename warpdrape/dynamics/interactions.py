@@ -42,7 +42,7 @@ def build_contacts(
     surfaces = None
     others = len(scene.plies) > 1 or has_features(scene)
     if others or any(map(scene.touches_itself, scene.plies)):
-        surfaces = ply_surfaces.build(scene, spans, device, shapes=others)
+        surfaces = ply_surfaces.build(scene, spans, timing, device, shapes=others)
     pads = build_pads(scene, spans, timing, mass, device)
     needed = (scene, spans, timing, mass, surfaces, pads, device)
     built = (contact.build(*needed) for contact in CONTACTS)

@@ -10,7 +10,6 @@ import numpy as np
 
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.contact.compaction import too_hard
-from warpdrape.contact.law import near_reach
 from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
@@ -56,7 +55,6 @@ def summarise(
     grown: float = 0.0,
     loose: Sequence[str] = (),
     squeezed: str = "",
-    fastest: float = 0.0,
     steps: int,
     wall: float,
 ) -> dict[str, Any]:
@@ -73,7 +71,6 @@ def summarise(
         grown: share of energy that came from nowhere after the last good frame [-], if it did.
         loose: names of the plies that nothing has held or touched.
         squeezed: where two tools are closest to each other in a ply, in words, if they are.
-        fastest: largest speed of a vertex at any frame [m/s].
         steps: steps done.
         wall: time they took [s].
     """
@@ -92,7 +89,7 @@ def summarise(
         warnings.append(f"{100 * error:.1f} % of the energy is unbalanced: look at the contacts")
     if squeezed and not failure:
         warnings.append(squeezed)
-    warnings += too_fast(model, fastest)
+    warnings += [warning for each in measured for warning in each.warnings]
     warnings += untouched(model, history, loose)
     loaded = was_loaded(history, reference)
     if not failure and not loaded and not loose:
@@ -147,19 +144,6 @@ def summarise(
             for number, ply in enumerate(plies)
         ],
     }
-
-
-def too_fast(model: Model, fastest: float) -> list[str]:
-    """Warning of plies that move faster than contact between them is sought for."""
-    interval = model.timing.search_every * model.timing.time_step
-    sought = near_reach(model.scene) / interval
-    if len(model.scene.plies) == 1 or fastest <= sought:
-        return []
-    return [
-        f"plies moved at up to {fastest:.3g} m/s; contact between them is sought for up to "
-        f"{sought:.3g} m/s, so that they may have passed each other: load them more slowly, or set "
-        "contact to exact"
-    ]
 
 
 def closing_words(failure: str, warnings: Sequence[str]) -> str:
