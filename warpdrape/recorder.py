@@ -209,7 +209,7 @@ class Recorder:
             self._close(None, {"status": "failed", "message": failure})
             raise RunFailed(failure)
         history = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
-        model = self._model
+        model, seen = self._model, self.watch.seen
         failure = failure or self._save_frames()
         summary = summarise(
             model,
@@ -218,9 +218,10 @@ class Recorder:
             self._plies,
             self._loading,
             failure=failure,
-            grown=self.watch.seen.grown,
+            grown=seen.grown,
             loose=self._loose,
-            squeezed=self.watch.seen.squeezed,
+            squeezed=seen.squeezed,
+            depths=seen.depths,
             steps=self.steps,
             wall=wall,
         )

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact.face_depths import FaceDepths
 from warpdrape.contact.passages import Passages
 from warpdrape.contact.squeeze import Squeeze, worst_squeeze
 from warpdrape.dynamics.energy import Energies
@@ -70,11 +71,13 @@ class Seen:
         grown: share of the energy that came from nowhere, where that ended the run [-].
         squeezed: the deepest squeeze between tools so far, in words; empty where there was none.
         squeeze: the same in numbers.
+        depths: deepest place of the plies at vertices, and between them, for each tool [m].
     """
 
     grown: float = 0.0
     squeezed: str = ""
     squeeze: Squeeze | None = None
+    depths: tuple[tuple[float, float], ...] = ()
 
 
 class Watch:
@@ -89,6 +92,7 @@ class Watch:
         self.seen = Seen() if seen is None else seen
         self._model = model
         self._passages = Passages(model.scene, model.spans, model.device)
+        self._faces = FaceDepths(model.scene, model.spans, model.device)
         laws = [ply.fabric.compaction for ply in model.scene.plies]
         counts = [span.vertex_count for span in model.spans]
         self._rooms = np.repeat([law.room if law else 0.0 for law in laws], counts)
@@ -110,6 +114,7 @@ class Watch:
         """
         self._refuse_nonsense(plies, now)
         self._note_squeeze(state, now)
+        self._note_depths(state)
         self._refuse_passage(state, now)
         self._refuse_growth(state, energies, now)
 
@@ -169,6 +174,11 @@ class Watch:
             f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
             f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
         )
+
+    def _note_depths(self, state: State) -> None:
+        now = self._faces.deepest(state)
+        deepest = np.maximum(now, self.seen.depths) if self.seen.depths else now
+        self.seen.depths = tuple(map(tuple, deepest.tolist()))
 
     def _refuse_passage(self, state: State, now: float) -> None:
         """Raise `RunFailed` where a tool has passed through a ply between its vertices."""

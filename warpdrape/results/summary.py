@@ -55,6 +55,7 @@ def summarise(
     grown: float = 0.0,
     loose: Sequence[str] = (),
     squeezed: str = "",
+    depths: Sequence[tuple[float, float]] = (),
     steps: int,
     wall: float,
 ) -> dict[str, Any]:
@@ -71,6 +72,7 @@ def summarise(
         grown: share of energy that came from nowhere after the last good frame [-], if it did.
         loose: names of the plies that nothing has held or touched.
         squeezed: where two tools are closest to each other in a ply, in words, if they are.
+        depths: deepest place of the plies at vertices, and between them, for each tool [m].
         steps: steps done.
         wall: time they took [s].
     """
@@ -97,6 +99,9 @@ def summarise(
     if not failure and loaded and not calm and not loose:
         warnings.append("not quasi-static: inertia carries part of the load; lengthen the duration")
     contacts = met_in_contact(measured)
+    for entry, (at_vertices, between) in zip(contacts.get("tools", ()), depths, strict=False):
+        entry["max_penetration_m"] = max(entry["max_penetration_m"], at_vertices)
+        entry["max_face_penetration_m"] = between
     deepest = max([e["max_penetration_m"] for found in contacts.values() for e in found], default=0)
     warnings += passed_through(model, contacts)
     added = float(model.masses.added.sum())

@@ -96,7 +96,17 @@ def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of the tools, its head first."""
-    rows = [("tool", "moved", "force: end", "largest", "deepest in a ply", "covered")]
+    rows = [
+        (
+            "tool",
+            "moved",
+            "force: end",
+            "largest",
+            "deepest in a ply",
+            "between vertices",
+            "covered",
+        )
+    ]
     for tool in tools:
         rows.append(
             (
@@ -105,6 +115,7 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
                 f"{tool['force_n']:.1f} N",
                 f"{tool['max_force_n']:.1f} N",
                 f"{1e3 * tool['max_penetration_m']:.3f} mm",
+                f"{1e3 * tool.get('max_face_penetration_m', 0.0):.3f} mm",
                 f"{100 * tool['coverage']:.0f} %" if "coverage" in tool else "-",
             )
         )
