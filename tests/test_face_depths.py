@@ -23,7 +23,7 @@ def looked_at(tool, place, device, edge=EDGE):
 
 
 def over_a_ball(points):
-    """Points of a sheet laid over a ball whose pole is at 0, its mid-surface half a thickness off."""
+    """Points of a sheet laid over a ball whose pole is at 0, half a thickness off."""
     aim = np.c_[points[:, :2], np.full(len(points), RADIUS)]
     return (RADIUS + HALF) * aim / np.linalg.norm(aim, axis=1)[:, None] - CENTRE
 

@@ -13,6 +13,7 @@ from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.contact.ply_facets import build_facets
 from warpdrape.contact.ply_surfaces import ASK_EVERY, FADING, PUSH_OUT
 from warpdrape.dynamics import stepping
+from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.numerics import Numerics
 from warpdrape.scenes import three_ply_hemisphere
@@ -377,3 +378,17 @@ def test_a_ply_that_loses_the_one_between_lies_on_the_next(device):
     assert (memory.seen.numpy()["ply"][slots][inner] == 1).all()
     gap = gaps(model, state)[slots][inner]
     np.testing.assert_allclose(gap, 1e-5, atol=1e-9)
+
+
+def test_what_comes_closer_after_the_last_search_counts_too(device):
+    _, model, state, upper, _inner = two_laid_up(device)
+    stepping.search_contacts(model, state)
+    x = state.plies.x.numpy().copy()
+    x[upper:, 2] -= 5e-5
+    state.plies.x.assign(x)
+    for _ in range(2):  # measuring changes nothing
+        measured = measure(model, state)
+        (both,) = [m.entries["interfaces"] for m in measured if "interfaces" in m.entries]
+        for entry in both:
+            assert entry["max_penetration_m"] == pytest.approx(5e-5, rel=1e-9)
+    assert memory_of(model, state).deepest.numpy().max() < 1e-12

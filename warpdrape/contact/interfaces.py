@@ -72,6 +72,7 @@ def interface_entries(
     spans: Sequence[Span],
     partners: Partners,
     memory: PlyMemory,
+    depths: np.ndarray,
     met: Forces,
     areas: np.ndarray,
     slips: np.ndarray,
@@ -87,6 +88,7 @@ def interface_entries(
         spans: where plies are.
         partners: which places lay on each other.
         memory: what contacts remember.
+        depths: of penetration now [m], shape [slot].
         met: from `forces_of_pairs`.
         areas: of the vertices [m²], shape [vertex].
         slips: from where vertices lay on the next ply [m], shape [vertex, 3].
@@ -94,7 +96,7 @@ def interface_entries(
     sizes, count = np.linalg.norm(slips, axis=1), len(names)
     slip, searches = memory.slip.numpy(), memory.seen.numpy()
     seen, across = searches["ply"] - 1, searches["across"] == 1
-    deepest = memory.deepest.numpy().reshape(count, count)
+    deepest = memory.deepest.numpy().copy().reshape(count, count)
     jump = memory.jump.numpy().reshape(count, count)
     entries = []
     for look in looks:
@@ -103,6 +105,8 @@ def interface_entries(
         for other in range(next_one, count if look.way > 0 else -1, look.way):
             way = np.where(seen[slots] == other, slip[slots], 0.0)
             pair = (look.searching, other)
+            now = depths[slots][seen[slots] == other].max(initial=0.0)
+            deepest[pair] = max(deepest[pair], now)
             if other != next_one and not (way.any() or deepest[pair] > 0.0):
                 continue
             net = {}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar
 
+import numpy as np
 import warp as wp
 
 from warpdrape.contact.compaction import Pads
@@ -14,7 +15,7 @@ from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pre
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
-from warpdrape.contact.pressure import vertex_shapes
+from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
@@ -166,12 +167,15 @@ class PlyContact:
         normals, areas = vertex_shapes(x, self.surfaces.facets.corners.numpy())
         slip = self.partners.slip(x, normals)
         met = forces_of_pairs(self.looks, self.spans, memory, len(x))
+        points = np.concatenate([x[self.spans[look.searching].vertices] for look in self.looks])
+        depths = depths_now(memory.contacts.numpy(), points, x)
         entries = interface_entries(
             [ply.name for ply in self.scene.plies],
             self.looks,
             self.spans,
             self.partners,
             memory,
+            depths,
             met,
             areas,
             slip,

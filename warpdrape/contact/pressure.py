@@ -1,4 +1,4 @@
-"""How hard contacts press at one instant: forces spread over vertices, and their areas."""
+"""How hard and deep contacts press at one instant: forces spread over vertices, and their areas."""
 
 from __future__ import annotations
 
@@ -22,6 +22,24 @@ def on_corners(contacts: np.ndarray, forces: np.ndarray, vertices: int) -> np.nd
         share = contacts["weights"][at, corner] * forces[at]
         total += np.bincount(contacts[name][at], weights=share, minlength=vertices)
     return total
+
+
+def depths_now(contacts: np.ndarray, points: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """How deep points lie in triangles, what is allowed of it included [m], shape [slot].
+
+    Args:
+        contacts: records of `PlyContact`, shape [slot].
+        points: that touch [m], shape [slot, 3].
+        x: positions [m], shape [vertex, 3].
+    """
+    (at,) = np.nonzero(contacts["near"])
+    found = contacts[at]
+    corners = x[np.stack([found[name] for name in "abc"], axis=1)]
+    nearest = np.einsum("nk,nkd->nd", found["weights"], corners)
+    height = ((points[at] - nearest) * found["normal"]).sum(axis=1)
+    depths = np.zeros(len(contacts))
+    depths[at] = np.maximum(found["thickness"] + found["rise"] - height, 0.0)
+    return depths
 
 
 def vertex_shapes(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

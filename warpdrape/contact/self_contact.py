@@ -17,6 +17,7 @@ from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import (
     LOWER,
     UPPER,
+    depths_now,
     on_corners,
     vertex_shapes,
 )
@@ -161,16 +162,19 @@ class SelfContact:
         stored, slip = memory.stored.numpy(), memory.slip.numpy()
         pressing = self._pressing(bodies, memory)
         deepest, jump = memory.deepest.numpy(), memory.jump.numpy()
+        contacts, x = memory.contacts.numpy(), bodies.plies.x.numpy()
         entries = []
         for ply in self.plies:
             slots = slice(ply.first_slot, ply.first_slot + 2 * ply.vertices)
+            own = x[ply.first_vertex : ply.first_vertex + ply.vertices]
+            now = depths_now(contacts[slots], np.tile(own, (2, 1)), x).max(initial=0.0)
             touching = (stored[slots] > 0.0).reshape(2, -1).any(axis=0)
             entries.append(
                 {
                     "ply": self.scene.plies[ply.number].name,
                     "touching_vertices": int(touching.sum()),
                     "max_slip_m": float(slip[slots].max()),
-                    "max_penetration_m": float(deepest[ply.number]),
+                    "max_penetration_m": float(max(deepest[ply.number], now)),
                     "max_gap_jump_m": float(jump[ply.number]),
                 }
             )
