@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from warpdrape.errors import SIZES, InputError, length, numbers, said
@@ -122,20 +124,26 @@ class Polygon:
         object.__setattr__(self, "points", _as_tuple(outer, ccw=True))
         object.__setattr__(self, "holes", tuple(_as_tuple(hole, ccw=False) for hole in holes))
 
+    @cached_property
+    def _shape(self) -> shapely.Polygon:
+        shape = shapely.Polygon(self.points, self.holes)
+        shapely.prepare(shape)
+        return shape
+
     @property
     def area(self) -> float:
         """Area without the holes [m²]."""
-        return sum(_loop_area(loop) for loop in self.loops(math.inf))
+        return float(self._shape.area)
 
     @property
     def bounds(self) -> Bounds:
         """Bounding box [m]."""
-        corners = np.array(self.points)
-        return (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+        return self._shape.bounds
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether each point [m], shape [point, 2], lies inside."""
-        return enclosed(np.asarray(points, np.float64), closed_segments(self.loops(math.inf)))
+        x, y = np.moveaxis(np.asarray(points, np.float64), -1, 0)
+        return shapely.contains_xy(self._shape, x, y)
 
     def loops(self, edge: float) -> list[Points]:
         """All corners, the sides between them in equal parts of about ``edge`` [m]."""
@@ -220,28 +228,27 @@ def _corners(name: str, values: ArrayLike) -> Points:
 
 def _refuse_crossings(names: Sequence[str], loops: Sequence[Points]) -> None:
     """Raise `InputError` where two sides, not neighbours in a loop, touch or cross."""
-    sides = closed_segments(loops)
+    sides = shapely.linestrings(closed_segments(loops))
     sizes = [len(loop) for loop in loops]
-    loop_of = np.repeat(np.arange(len(loops)), sizes)
+    loop_of, size_of = np.repeat(np.arange(len(loops)), sizes), np.repeat(sizes, sizes)
     corner = np.concatenate([np.arange(size) for size in sizes])
-    size_of = np.repeat(sizes, sizes)
-    for i, side in enumerate(sides[:-1]):
-        rest = slice(i + 1, None)
-        gap = corner[rest] - corner[i]
-        next_to = (loop_of[rest] == loop_of[i]) & ((gap == 1) | (gap == size_of[i] - 1))
-        hits = np.flatnonzero(_meet(side, sides[rest]) & ~next_to)
-        if len(hits):
-            j = i + 1 + hits[0]
-            raise InputError(
-                f"polygon: side {corner[i]} of {names[loop_of[i]]} meets side {corner[j]} of "
-                f"{names[loop_of[j]]}: sides may share a corner with the next one only"
-            )
+    one, other = shapely.STRtree(sides).query(sides, predicate="intersects")
+    gap = corner[other] - corner[one]
+    next_to = (loop_of[one] == loop_of[other]) & ((gap == 1) | (gap == size_of[one] - 1))
+    met = (one < other) & ~next_to
+    if met.any():
+        i, j = min(zip(one[met].tolist(), other[met].tolist(), strict=True))
+        raise InputError(
+            f"polygon: side {corner[i]} of {names[loop_of[i]]} meets side {corner[j]} of "
+            f"{names[loop_of[j]]}: sides may share a corner with the next one only"
+        )
     for name, loop in zip(names, loops, strict=True):
         if abs(_loop_area(loop)) <= 1e-12 * np.ptp(loop, axis=0).max() ** 2:
             raise InputError(f"polygon: {name} encloses no area")
         turns = np.roll(loop, -1, axis=0) - loop
         back = np.roll(turns, -1, axis=0)
-        folded = (_cross(turns, back) == 0.0) & ((turns * back).sum(axis=1) < 0.0)
+        across = turns[:, 0] * back[:, 1] - turns[:, 1] * back[:, 0]
+        folded = (across == 0.0) & ((turns * back).sum(axis=1) < 0.0)
         if folded.any():
             corner_at = (int(np.flatnonzero(folded)[0]) + 1) % len(loop)
             raise InputError(f"polygon: {name} folds back on itself at corner {corner_at}")
@@ -249,23 +256,15 @@ def _refuse_crossings(names: Sequence[str], loops: Sequence[Points]) -> None:
 
 def _refuse_misplaced(names: Sequence[str], loops: Sequence[Points]) -> None:
     """Raise `InputError` for a hole outside the polygon or inside another hole."""
-    for i, hole in enumerate(loops[1:], 1):
-        if not enclosed(hole[:1], closed_segments(loops[:1]))[0]:
-            raise InputError(f"polygon: {names[i]} lies outside the outer loop: move or remove it")
-        for j, other in enumerate(loops[1:], 1):
-            if i != j and enclosed(hole[:1], closed_segments([other]))[0]:
-                raise InputError(f"polygon: {names[i]} lies inside {names[j]}: remove one of them")
-
-
-def _meet(side: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether one segment, shape [2, 2], touches or crosses each of others [segment, 2, 2]."""
-    (a, b), c, d = side, others[:, 0], others[:, 1]
-    low, high = others.min(axis=1), others.max(axis=1)
-    near = ((low <= side.max(axis=0)) & (high >= side.min(axis=0))).all(axis=1)
-    left = np.sign(_cross(b - a, c - a)) * np.sign(_cross(b - a, d - a)) <= 0
-    across = np.sign(_cross(d - c, a - c)) * np.sign(_cross(d - c, b - c)) <= 0
-    return near & left & across
-
-
-def _cross(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    outer, *holes = map(shapely.Polygon, loops)
+    if not holes:
+        return
+    for name, hole in zip(names[1:], holes, strict=True):
+        if not outer.contains(hole):
+            raise InputError(f"polygon: {name} lies outside the outer loop: move or remove it")
+    inner, around = shapely.STRtree(holes).query(holes, predicate="within")
+    for i, j in zip(inner.tolist(), around.tolist(), strict=True):
+        if i != j:
+            raise InputError(
+                f"polygon: {names[1 + i]} lies inside {names[1 + j]}: remove one of them"
+            )
