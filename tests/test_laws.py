@@ -184,3 +184,19 @@ def test_falling_couple_is_warned_about():
     assert falling_angle(INTERLOCK) is None
     with pytest.warns(UserWarning, match=f"falls beyond {math.degrees(angle):.1f}°"):
         fabric(LinearTension(1e4, 1e4), falling)
+
+
+@pytest.mark.parametrize(
+    ("angles", "couples", "remedy"),
+    [
+        ((0.0, 0.2, 0.4), (0.01, 0.02, 0.05), "take that off all couples"),
+        ((0.1, 0.2, 0.4), (0.01, 0.02, 0.05), "put 0° with no couple before it"),
+    ],
+)
+def test_a_table_with_an_offset_is_refused_with_a_remedy_that_works(angles, couples, remedy):
+    with pytest.raises(InputError, match=remedy):
+        ShearTable(angles, couples)
+    if angles[0] == 0.0:
+        ShearTable(angles, [couple - couples[0] for couple in couples])
+    else:
+        ShearTable((0.0, *angles), (0.0, *couples))

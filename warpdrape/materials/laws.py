@@ -190,7 +190,10 @@ class ShearTable:
             raise InputError("a shear table must hold finite numbers only")
         if angles[0] != 0.0 or couples[0] != 0.0:
             first = f"{math.degrees(angles[0]):.4g}° with {couples[0]:.4g} N·m"
-            raise InputError(f"a shear table starts at 0° with no couple, not at {first}")
+            remedy = "put 0° with no couple before it"
+            if angles[0] == 0.0:  # friction or weight of the frame, most likely
+                remedy = "take that off all couples, or leave the point out and begin with 0, 0"
+            raise InputError(f"a shear table starts at 0° with no couple, not at {first}: {remedy}")
         if (np.diff(angles) <= 0).any():
             at = int(np.argmax(np.diff(angles) <= 0))
             first, second = np.degrees(angles[at : at + 2])
