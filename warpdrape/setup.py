@@ -125,12 +125,14 @@ class Setup:
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         if not isinstance(self.defects, DefectThresholds):
             raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
-        acting = self.tools + self.clamps + self.pressures + self.springs
-        for kind, things in (("ply", self.plies), ("tool, clamp, pressure or spring", acting)):
-            names = [thing.name for thing in things]
+        held: list[Clamp | Pressure | Spring] = [*self.clamps, *self.pressures, *self.springs]
+        acting_names = [thing.name for thing in self.tools] + [thing.name for thing in held]
+        ply_names = [ply.name for ply in self.plies]
+        both = (("ply", ply_names), ("tool, clamp, pressure or spring", acting_names))
+        for words, names in both:
             for name in names:
                 if names.count(name) > 1:
-                    raise InputError(f"two of the scene's {kind} names are {name!r}: rename one")
+                    raise InputError(f"two of the scene's {words} names are {name!r}: rename one")
         if not isinstance(self.ply_friction, Mapping):
             friction_of("ply_friction", self.ply_friction)
         for one, other in combinations(self.plies, 2):
@@ -139,11 +141,10 @@ class Setup:
             self.friction_between(ply, ply)
         self._check_friction()
         _refuse_other_units(self.plies, self.tools)
-        for held in self.clamps + self.pressures + self.springs:
-            one_of("ply", held.ply, [ply.name for ply in self.plies])
+        for thing in held:
+            one_of("ply", thing.ply, ply_names)
         for wanted in self.wanted:
-            names = [ply.name for ply in self.plies]
-            ply = self.plies[names.index(one_of("ply", wanted.ply, names))]
+            ply = self.plies[ply_names.index(one_of("ply", wanted.ply, ply_names))]
             wanted.region(ply.rest_points[np.asarray(ply.mesh.triangles)].mean(axis=1))
         for low, high in zip(self.plies, self.plies[1:], strict=False):
             need = 0.5 * (low.fabric.thickness + high.fabric.thickness)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -64,7 +65,7 @@ class FlatMesh:
         return cls(points, triangles)
 
     @classmethod
-    def from_file(cls, path: str | Path, scale: float = 1.0) -> FlatMesh:
+    def from_file(cls, path: str | os.PathLike[str], scale: float = 1.0) -> FlatMesh:
         """Read any file that trimesh reads (STL, OBJ, PLY, OFF, …).
 
         Args:

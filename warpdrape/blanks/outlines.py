@@ -109,8 +109,8 @@ class Polygon:
         holes: the same for each hole; inside the polygon, apart from it and from each other.
     """
 
-    points: Sequence[tuple[float, float]]
-    holes: Sequence[Sequence[tuple[float, float]]] = ()
+    points: Sequence[Sequence[float]]
+    holes: Sequence[Sequence[Sequence[float]]] = ()
 
     def __post_init__(self) -> None:
         outer = _corners("points", self.points)

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,10 +32,22 @@ class Ply:
     """
 
     name: str
-    fabric: Fabric | str
+    fabric: Fabric
     mesh: FlatMesh
     warp_angle: float = 0.0
     z: float = 0.0
+
+    if TYPE_CHECKING:  # what is given is wider than what is kept
+
+        def __init__(
+            self,
+            *,
+            name: str,
+            fabric: Fabric | str | os.PathLike[str],
+            mesh: FlatMesh,
+            warp_angle: float = 0.0,
+            z: float = 0.0,
+        ) -> None: ...
 
     def __repr__(self) -> str:
         return (
@@ -143,7 +156,7 @@ class Ply:
         cls,
         name: str,
         fabric: Fabric | str,
-        path: str | os.PathLike,
+        path: str | os.PathLike[str],
         *,
         scale: float = 1.0,
         warp_angle: float = 0.0,

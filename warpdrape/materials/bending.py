@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, finite, numbers, positive
@@ -82,7 +84,7 @@ class Bending:
     @property
     def moduli(self) -> np.ndarray:
         """Of κ₁, κ₂, κ₁₂ [N·m], shape [3, 3]."""
-        b1, b12, b2, b66 = self.warp, self.coupling, self.weft, self.twist
+        b1, b12, b2, b66 = self.warp, self.coupling, self.weft, cast(float, self.twist)
         return np.array([[b1, b12, 0.0], [b12, b2, 0.0], [0.0, 0.0, 4.0 * b66]])
 
     @property
@@ -152,7 +154,11 @@ class BendingCurve:
                 positive(f"bending.{name}", value, zero=True)
             object.__setattr__(self, name, tuple(map(float, both)))
         if self.twist is None:
-            object.__setattr__(self, "twist", TWIST_SHARE * math.sqrt(math.prod(self.in_plane)))
+            object.__setattr__(
+                self,
+                "twist",
+                TWIST_SHARE * math.sqrt(math.prod(cast(tuple[float, float], self.in_plane))),
+            )
         positive("bending.twist", self.twist, unit="N·m", zero=True)
         positive("bending.friction_curvature", self.friction_curvature, unit="1/m")
 
@@ -164,9 +170,10 @@ class BendingCurve:
     @property
     def onset(self) -> tuple[float, float]:
         """Stiffness σ of the friction at its start, warp and weft [N·m]."""
-        return tuple(moment / self.friction_curvature for moment in self.friction)
+        warp, weft = self.friction
+        return warp / self.friction_curvature, weft / self.friction_curvature
 
-    def slopes(self, moments: np.ndarray) -> np.ndarray:
+    def slopes(self, moments: ArrayLike) -> np.ndarray:
         """dM/dκ at the points of a curve that is monotone between them [N·m]."""
         return PchipInterpolator(self.curvatures, moments).derivative()(self.curvatures)
 
@@ -174,10 +181,11 @@ class BendingCurve:
     def stiffest(self) -> np.ndarray:
         """Bound on the moduli of κ₁, κ₂, κ₁₂ [N·m], shape [3, 3]."""
         bound = []
-        pairs = zip((self.moments_warp, self.moments_weft), self.in_plane, self.onset, strict=True)
+        moments_of = (np.asarray(self.moments_warp), np.asarray(self.moments_weft))
+        pairs = zip(moments_of, cast(tuple[float, float], self.in_plane), self.onset, strict=True)
         for moments, in_plane, onset in pairs:
             secants = np.diff(moments) / np.diff(self.curvatures)
             # a monotone cubic is nowhere steeper than 1.5 times its secant or an end's slope
             steepest = max(1.5 * secants.max(), self.slopes(moments).max())
             bound.append(max(steepest + onset, in_plane))
-        return np.diag([*bound, 4.0 * self.twist])
+        return np.diag([*bound, 4.0 * cast(float, self.twist)])

@@ -98,7 +98,8 @@ class Compaction:
             )
         thicknesses = np.linspace(thickness, thinnest, POINTS)
         pressures = (solid / thicknesses / coefficient) ** (1.0 / exponent)
-        return cls(thicknesses=thicknesses, pressures=pressures - pressures[0])
+        pressures = pressures - pressures[0]
+        return cls(thicknesses=thicknesses.tolist(), pressures=pressures.tolist())
 
     @property
     def thickness(self) -> float:
@@ -118,7 +119,7 @@ class Compaction:
     @cached_property
     def _curve(self) -> PchipInterpolator:
         """Pressure over what the ply has been closed by."""
-        return PchipInterpolator(self.thicknesses[0] - self.thicknesses, self.pressures)
+        return PchipInterpolator(self.thickness - np.asarray(self.thicknesses), self.pressures)
 
     @cached_property
     def last_slope(self) -> float:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdrape.errors import InputError, finite, numbers, positive
 from warpdrape.wording import brief
@@ -151,15 +152,17 @@ class ShearPolynomial:
         positive("first shear coefficient", values[0], unit="N·m")
         object.__setattr__(self, "coefficients", values)
 
-    def couple(self, angle: np.ndarray) -> np.ndarray:
+    def couple(self, angle: ArrayLike) -> np.ndarray:
         """C_s [N·m] at shear angles [rad]."""
         angle = np.asarray(angle, dtype=float)
-        return sum(c * angle ** (2 * i + 1) for i, c in enumerate(self.coefficients))
+        terms = (c * angle ** (2 * i + 1) for i, c in enumerate(self.coefficients))
+        return sum(terms, np.zeros_like(angle))
 
-    def slope(self, angle: np.ndarray) -> np.ndarray:
+    def slope(self, angle: ArrayLike) -> np.ndarray:
         """dC_s/dγ [N·m/rad] at shear angles [rad]."""
         angle = np.asarray(angle, dtype=float)
-        return sum((2 * i + 1) * c * angle ** (2 * i) for i, c in enumerate(self.coefficients))
+        terms = ((2 * i + 1) * c * angle ** (2 * i) for i, c in enumerate(self.coefficients))
+        return sum(terms, np.zeros_like(angle))
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +228,7 @@ class ShearTable:
 
         return PchipInterpolator(self.angles, self.couples).derivative()(self.angles)
 
-    def couple(self, angle: np.ndarray) -> np.ndarray:
+    def couple(self, angle: ArrayLike) -> np.ndarray:
         """C_s [N·m] at shear angles [rad]."""
         from scipy.interpolate import PchipInterpolator
 
@@ -234,10 +237,10 @@ class ShearTable:
         beyond = np.maximum(size - self.angles[-1], 0.0)
         return np.sign(angle) * (inside + beyond * self.slopes[-1])
 
-    def slope(self, angle: np.ndarray) -> np.ndarray:
+    def slope(self, angle: ArrayLike) -> np.ndarray:
         """dC_s/dγ [N·m/rad] at shear angles [rad]."""
-        step = 1e-6
-        return (self.couple(angle + step) - self.couple(np.asarray(angle) - step)) / (2 * step)
+        angle, step = np.asarray(angle, dtype=float), 1e-6
+        return (self.couple(angle + step) - self.couple(angle - step)) / (2 * step)
 
 
 @dataclass(frozen=True)
@@ -246,11 +249,11 @@ class NoShear:
 
     __repr__ = brief
 
-    def couple(self, angle: np.ndarray) -> np.ndarray:
+    def couple(self, angle: ArrayLike) -> np.ndarray:
         """Zero [N·m] at any angle."""
         return np.zeros_like(np.asarray(angle, dtype=float))
 
-    def slope(self, angle: np.ndarray) -> np.ndarray:
+    def slope(self, angle: ArrayLike) -> np.ndarray:
         """Zero [N·m/rad] at any angle."""
         return np.zeros_like(np.asarray(angle, dtype=float))
 

@@ -123,6 +123,7 @@ class FormedPly:
 
     def frame(self) -> PlyFrame:
         """What the animation shows of it."""
+        bent = (None, None) if self.curvature is None else self.curvature.T
         return PlyFrame(
             self.points,
             self.warp,
@@ -132,7 +133,8 @@ class FormedPly:
             self.strain[:, 1],
             self.line_tension[:, 0],
             self.line_tension[:, 1],
-            *((None, None) if self.curvature is None else self.curvature.T),
+            bent[0],
+            bent[1],
             self.slip,
             self.contact_pressure,
             self.tool_pressure,
@@ -243,7 +245,7 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
         triangles = np.asarray(ply.mesh.triangles)
         gradients, _ = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
         warp, weft, shear = yarn_state(points, triangles, gradients, ply.fabric.yarn_angle)
-        fields = {
+        fields: dict[str, Any] = {
             name: array.copy()
             for each in measured
             if each.fields
@@ -287,7 +289,9 @@ def _pressures(model: Model, x: np.ndarray, measured: Sequence[Measured]) -> dic
 
 def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
     """Names of the quantities of `PlyFrame` at vertices that a ply's frames have in a scene."""
-    names = ("warp_curvature", "weft_curvature") if ply.fabric.bends else ()
+    names: tuple[str, ...] = ()
+    if ply.fabric.bends:
+        names = ("warp_curvature", "weft_curvature")
     several = len(scene.plies) > 1
     if several:
         names += ("slip",)

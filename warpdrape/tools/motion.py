@@ -155,7 +155,8 @@ class Stages:
 
     def displacement(self, time: np.ndarray) -> np.ndarray:
         """Displacement [m] at times [s], shape [..., 3]."""
-        return sum(stroke.displacement(time) for stroke in self.strokes)
+        first, *others = (stroke.displacement(time) for stroke in self.strokes)
+        return sum(others, first)
 
     @property
     def start(self) -> float:
@@ -258,7 +259,7 @@ class Path:
     @property
     def heading(self) -> np.ndarray:
         """Where it ends [m], shape [3]."""
-        return self.positions[-1] - self.positions[0]
+        return np.subtract(self.positions[-1], self.positions[0])
 
 
 @dataclass(frozen=True, kw_only=True)

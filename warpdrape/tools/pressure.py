@@ -54,7 +54,7 @@ class Pressure:
     def at(self, time: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at times [s], of their shape."""
         time = np.asarray(time, dtype=float)
-        if isinstance(self.pressure, tuple):
+        if isinstance(self.pressure, Sequence):
             return through(self.pressure, time)
         if self.ramp == 0.0:
             return np.full(time.shape, float(self.pressure))

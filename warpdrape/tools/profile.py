@@ -8,6 +8,7 @@ second order and the fillets' ends stay flat.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,7 +90,7 @@ class Surface:
 
 
 def revolve(
-    pieces: list[Piece], facet: float, sector: tuple[float, float] | None = None
+    pieces: Sequence[Piece], facet: float, sector: tuple[float, float] | None = None
 ) -> Surface:
     """Revolve a profile in (r, z) round the z axis.
 

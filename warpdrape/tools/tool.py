@@ -14,7 +14,7 @@ from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.tools.motion import Motion, Still, vector
-from warpdrape.tools.profile import Arc, Line, Surface, extrude, revolve
+from warpdrape.tools.profile import Arc, Line, Piece, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
 from warpdrape.wording import heading, surface
 
@@ -147,7 +147,7 @@ class Tool:
         top = 1.5 * radius if height is None else size("punch height", height)
         if top <= radius:
             raise InputError(f"punch height = {top} m must exceed its radius {radius} m")
-        pieces = [
+        pieces: list[Piece] = [
             Line((radius, top), (radius, radius)),
             Arc((0.0, radius), radius, 0.0, -math.pi / 2),
         ]
@@ -178,7 +178,7 @@ class Tool:
         """
         hole, edge, outer = _ring("die", hole_radius, edge_radius, outer_radius)
         bottom = -max(positive("die depth", depth, unit="m"), 1.1 * edge)
-        pieces = [
+        pieces: list[Piece] = [
             Line((hole, bottom), (hole, -edge)),
             Arc((hole + edge, -edge), edge, math.pi, math.pi / 2),
             Line((hole + edge, 0.0), (outer, 0.0)),
@@ -212,7 +212,7 @@ class Tool:
             options: motion, friction.
         """
         hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
-        pieces = [
+        pieces: list[Piece] = [
             Line((outer, 0.0), (hole + edge, 0.0)),
             Arc((hole + edge, edge), edge, -math.pi / 2, -math.pi),
             Line((hole, edge), (hole, 5.0 * edge)),
@@ -246,7 +246,7 @@ class Tool:
             raise InputError(f"edge_radius = {edge_radius} m must be below the table's {radius} m")
         size("depth", depth)
         flat, bottom = radius - edge_radius, -max(depth, 1.1 * edge_radius)
-        pieces = [
+        pieces: list[Piece] = [
             Line((0.0, 0.0), (flat, 0.0)),
             Arc((flat, -edge_radius), edge_radius, math.pi / 2, 0.0),
             Line((radius, -edge_radius), (radius, bottom)),
