@@ -156,7 +156,7 @@ def _export(arguments: argparse.Namespace) -> int:
     frame = arguments.frame
     if frame is not None and frame != ALL:
         frame = whole("--frame", frame)
-    options = {"frame": frame, "overwrite": arguments.overwrite}
+    options = {"frame": frame, "overwrite": arguments.overwrite, "trim": arguments.trim}
     print(export(arguments.run, arguments.to, arguments.out, **options))
     return DONE
 

@@ -191,6 +191,12 @@ def _add_export(commands: Any) -> None:
         help="which frame, negative ones from the end, or all; if not given all for vtk and "
         "vtkhdf, and the last one for others",
     )
+    export.add_argument(
+        "--trim",
+        metavar="WHERE",
+        help="dxf and svg: where the part ends: a side, z<-20mm or x+0.5*z>10mm; tool:NAME for "
+        "that tool's border; or a .dxf, .csv or .json with closed curves",
+    )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 
 

@@ -15,6 +15,7 @@ class Format:
         words: what it is for, in a line.
         animated: whether all frames are written unless one is asked for; else the last one.
         single: whether it holds one frame only.
+        options: names of what more a user may say, passed on to ``write``.
     """
 
     module: str
@@ -22,6 +23,7 @@ class Format:
     words: str
     animated: bool = False
     single: bool = False
+    options: tuple[str, ...] = ()
 
 
 FORMATS = {
@@ -31,7 +33,15 @@ FORMATS = {
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
     "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
-    "dxf": Format("pattern", "pattern.dxf", "the flat blanks with their yarn axes", single=True),
-    "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True),
+    "dxf": Format(
+        "pattern",
+        "pattern.dxf",
+        "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
+        single=True,
+        options=("trim",),
+    ),
+    "svg": Format(
+        "pattern", "pattern.svg", "the same as a drawing", single=True, options=("trim",)
+    ),
 }
 """By the name that a user gives."""
