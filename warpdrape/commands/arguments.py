@@ -197,6 +197,15 @@ def _add_export(commands: Any) -> None:
         help="dxf and svg: where the part ends: a side, z<-20mm or x+0.5*z>10mm; tool:NAME for "
         "that tool's border; or a .dxf, .csv or .json with closed curves",
     )
+    export.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help="what a format wants to know, may be repeated; permeability: fibre_diameter=7um, "
+        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across",
+    )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 
 

@@ -67,11 +67,18 @@ def export(
 
 
 def _refuse_options(chosen: Format, to: str, given: Mapping[str, object]) -> None:
+    own = [option.name for option in chosen.options]
     for name in given:
-        if name not in chosen.options:
-            takers = [known for known, each in FORMATS.items() if name in each.options]
-            where = f"it goes with {', '.join(takers)}" if takers else "there is no such option"
-            raise InputError(f"{name} does not go with the format {to!r}: {where}")
+        if name in own:
+            continue
+        every = {option.name for each in FORMATS.values() for option in each.options}
+        one_of("option", name, every)
+        takers = [
+            known for known, each in FORMATS.items() if name in [o.name for o in each.options]
+        ]
+        raise InputError(
+            f"{name} does not go with the format {to!r}: it goes with {', '.join(takers)}"
+        )
 
 
 def _frames(chosen: Format, to: str, reader: RunReader, frame: int | str | None) -> Sequence[int]:

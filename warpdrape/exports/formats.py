@@ -6,6 +6,21 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class Option:
+    """What more a user may say of a format.
+
+    Attributes:
+        name: of it.
+        kind: float or str.
+        unit: of a number, empty for none.
+    """
+
+    name: str
+    kind: type = str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
 class Format:
     """A format.
 
@@ -15,7 +30,7 @@ class Format:
         words: what it is for, in a line.
         animated: whether all frames are written unless one is asked for; else the last one.
         single: whether it holds one frame only.
-        options: names of what more a user may say, passed on to ``write``.
+        options: what more a user may say, passed on to ``write``.
     """
 
     module: str
@@ -23,9 +38,18 @@ class Format:
     words: str
     animated: bool = False
     single: bool = False
-    options: tuple[str, ...] = ()
+    options: tuple[Option, ...] = ()
 
 
+TRIM = (Option("trim"),)
+"""Where the part ends, of flat patterns."""
+FIBRES = (
+    Option("fibre_diameter", float, "m"),
+    Option("packing"),
+    Option("kozeny_along", float),
+    Option("kozeny_across", float),
+)
+"""What permeability wants to know of fibres."""
 FORMATS = {
     "vtk": Format("vtk", "scene.pvd", "ParaView, a .vtp for each ply and frame", animated=True),
     "vtkhdf": Format("vtkhdf", "scene.vtkhdf", "ParaView, one small file", animated=True),
@@ -38,10 +62,22 @@ FORMATS = {
         "pattern.dxf",
         "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
         single=True,
-        options=("trim",),
+        options=TRIM,
     ),
-    "svg": Format(
-        "pattern", "pattern.svg", "the same as a drawing", single=True, options=("trim",)
+    "permeability": Format(
+        "permeability_file",
+        "permeability.csv",
+        "filling codes: principal values and directions of plies and stack",
+        single=True,
+        options=FIBRES,
     ),
+    "permeability-vtk": Format(
+        "permeability_file",
+        "permeability.vtp",
+        "the same for ParaView",
+        single=True,
+        options=FIBRES,
+    ),
+    "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True, options=TRIM),
 }
 """By the name that a user gives."""
