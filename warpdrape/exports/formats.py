@@ -57,6 +57,10 @@ FORMATS = {
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
     "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
+    "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
+    "nastran": Format(
+        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True
+    ),
     "dxf": Format(
         "pattern",
         "pattern.dxf",

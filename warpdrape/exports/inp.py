@@ -16,17 +16,12 @@ from typing import TextIO
 
 import numpy as np
 
+from warpdrape.exports.layup import DENSITY, LAYERS, MATERIAL
 from warpdrape.results.read_run import RunReader
 from warpdrape.results.result import FormedPly, Result
 
-LAYERS = (("WARP", 0.25), ("WEFT", 0.5), ("WARP", 0.25))
-"""Yarn family and share of the thickness of a ply's layers, from the bottom up."""
-MATERIAL = (135e9, 9e9, 9e9, 0.3, 0.3, 0.45, 5e9, 5e9, 3.1e9)
-"""E1, E2, E3 [Pa], ν12, ν13, ν23, G12, G13, G23 [Pa]: carbon and epoxy, to be replaced."""
 POINTS = 3
 """Section points of a layer, for Abaqus; CalculiX takes its own."""
-DENSITY = 1550.0
-"""… and its density [kg/m³]."""
 ROW = 8
 """Numbers in a row of a set."""
 
