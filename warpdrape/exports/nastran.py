@@ -41,8 +41,8 @@ def write(reader: RunReader, out: Path, frames: Sequence[int]) -> None:
         file.write(
             f"$ warpdrape: formed plies at {1e3 * result.time_s:.6g} ms; SI units (m, N, kg, s)\n"
             "$ Every element: layers warp, weft, warp of 1/4, 1/2, 1/4 of its thickness,\n"
-            "$ along its yarns. Plies do not hold on to each other: add glue or contact. Material,\n"
-            "$ boundary and load are an example: replace them by yours.\n"
+            "$ along its yarns. Plies do not hold on to each other: add glue or contact.\n"
+            "$ Material, boundary and load are an example: replace them by yours.\n"
             "SOL 101\nCEND\nTITLE = FORMED PLIES\nSUBCASE 1\n  SPC = 1\n  LOAD = 1\n"
             "  DISPLACEMENT = ALL\nBEGIN BULK\n"
         )
