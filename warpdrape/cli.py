@@ -157,8 +157,8 @@ def _export(arguments: argparse.Namespace) -> int:
     frame = arguments.frame
     if frame is not None and frame != ALL:
         frame = whole("--frame", frame)
-    options = {"frame": frame, "overwrite": arguments.overwrite, "trim": arguments.trim}
-    options |= read_options(arguments.settings)
+    options = {"frame": frame, "overwrite": arguments.overwrite}
+    options |= read_options(arguments.settings, trim=arguments.trim, onto=arguments.onto)
     print(export(arguments.run, arguments.to, arguments.out, **options))
     return DONE
 

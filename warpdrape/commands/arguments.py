@@ -198,13 +198,17 @@ def _add_export(commands: Any) -> None:
         "that tool's border; or a .dxf, .csv or .json with closed curves",
     )
     export.add_argument(
+        "--onto", metavar="MESH", help="mapped and mapped-vtk: the mesh, in the run's coordinates"
+    )
+    export.add_argument(
         "--set",
         metavar="NAME=VALUE",
         action="append",
         default=[],
         dest="settings",
         help="what a format wants to know, may be repeated; permeability: fibre_diameter=7um, "
-        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across",
+        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across; mapped: unit=1mm, "
+        "farthest=10mm",
     )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 

@@ -9,17 +9,18 @@ from warpdrape.errors import InputError, one_of
 from warpdrape.exports.formats import FORMATS
 
 
-def read_options(settings: Sequence[str]) -> dict[str, float | str]:
+def read_options(settings: Sequence[str], **flags: str | None) -> dict[str, float | str]:
     """Read them.
 
     Args:
         settings: each NAME=VALUE, numbers with a unit or in SI.
+        flags: options that have a flag of their own; None where it was not given.
 
     Raises:
         InputError: if one is unknown, given twice, or no number where one is wanted.
     """
     known = {option.name: option for each in FORMATS.values() for option in each.options}
-    options: dict[str, float | str] = {}
+    options = {name: text for name, text in flags.items() if text is not None}
     for setting in settings:
         name, sign, text = setting.partition("=")
         name = name.strip()

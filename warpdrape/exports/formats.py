@@ -43,6 +43,8 @@ class Format:
 
 TRIM = (Option("trim"),)
 """Where the part ends, of flat patterns."""
+ONTO = (Option("onto"), Option("unit", float, "m"), Option("farthest", float, "m"))
+"""The user's mesh, and how far from it plies lie."""
 FIBRES = (
     Option("fibre_diameter", float, "m"),
     Option("packing"),
@@ -57,6 +59,16 @@ FORMATS = {
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
     "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
+    "mapped": Format(
+        "mapped",
+        "mapped.csv",
+        "fields of the plies on your mesh, --onto MESH: a row a shell and ply",
+        single=True,
+        options=ONTO,
+    ),
+    "mapped-vtk": Format(
+        "mapped", "mapped.vtu", "the same, the mesh with its fields", single=True, options=ONTO
+    ),
     "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
     "nastran": Format(
         "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True

@@ -117,8 +117,8 @@ def _write_heading(
         "** Stack from the bottom up: " + ", ".join(shell.name for shell in shells) + "\n"
         "** Every element: layers warp, weft, warp of 1/4, 1/2, 1/4 of its thickness, each along\n"
         "** its yarns as they lie. Element type S6 is CalculiX's; Abaqus calls it STRI65.\n"
-        "** Plies do not hold on to each other: tie TOP_ of one to BOTTOM_ of the next, or add\n"
-        "** contact. Material, boundary and load are an example: replace them by yours.\n"
+        "** Plies do not hold on to each other: tie TOP_ of one to BOTTOM_ of the next, without\n"
+        "** moving nodes (ADJUST=NO), or add contact. Material, boundary and load are an example.\n"
     )
 
 
