@@ -167,6 +167,7 @@ def test_meshes_of_solvers_are_read(tmp_path):
     ("name", "words"),
     [
         (None, "needs your mesh: --onto MESH"),
+        (3, "onto = 3 must be the name of a file"),
         ("no.stl", "does not exist: give a structural mesh"),
         ("text.stl", "onto = "),
         ("text.inp", "holds no mesh, or nodes that are no finite numbers"),
@@ -182,7 +183,7 @@ def test_what_is_no_mesh_of_shells_is_refused(name, words, pressed, tmp_path):
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0.0)])
     pyvista.PolyData(points, lines=[2, 0, 1]).save(tmp_path / "line.vtp")
     pyvista.PolyData(points, [3, 0, 1, 2, 3, 0, 1, 3]).save(tmp_path / "flat.vtp")
-    onto = None if name is None else str(tmp_path / name)
+    onto = name if name in (None, 3) else str(tmp_path / name)
     with pytest.raises(wd.InputError) as refused:
         export(pressed[1], "mapped", tmp_path / "o.csv", onto=onto)
     assert words in str(refused.value)

@@ -39,8 +39,12 @@ def on_sphere(polar, azimuth, radius=RADIUS):
 
 @pytest.fixture(scope="module")
 def cap():
+    return disc_on_sphere(5e-3)
+
+
+def disc_on_sphere(edge):
     """A disc on a sphere, its radii laid along meridians at their length."""
-    flat = wd.Ply.disc("p", "carbon_interlock", 0.13, edge=5e-3, mesh="random")
+    flat = wd.Ply.disc("p", "carbon_interlock", 0.13, edge=edge, mesh="random")
     x, y, _ = flat.rest_points.T
     points = on_sphere(np.hypot(x, y) / RADIUS, np.arctan2(y, x))
     return replace(flat_ply(flat.rest_points, flat.mesh.triangles), points=points)
@@ -88,6 +92,15 @@ def test_a_sphere_cut_at_a_latitude_is_a_circle(cap):
     (loop,) = trimmed(cap, Side(np.array([0.0, 0.0, -1.0]), -RADIUS * np.cos(0.9)))
     assert np.abs(np.hypot(*loop.T) - 90.0).max() < TOLERANCE
     assert area(loop) == pytest.approx(np.pi * 90.0**2, abs=2 * np.pi * 90 * TOLERANCE)
+
+
+def test_a_plane_cuts_the_better_the_finer_the_mesh():
+    """As the square of the edge; worst points of random meshes scatter, so 1.5 will do."""
+    side, errors = Side(np.array([0.0, 0.0, -1.0]), -RADIUS * np.cos(0.9)), []
+    for edge in (12e-3, 6e-3, 3e-3):
+        (loop,) = trimmed(disc_on_sphere(edge), side)
+        errors.append(np.abs(np.hypot(*loop.T) - 90.0).max())
+    assert np.log2(errors[0] / errors[2]) / 2.0 > 1.5, errors
 
 
 @pytest.mark.parametrize("off", [0.0, 2e-3])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdrape.errors import InputError, one_of
+from warpdrape.errors import InputError, one_of, said
 from warpdrape.exports.outlines import border_loops
 from warpdrape.exports.trim_file import UNITS, read_curves
 from warpdrape.results.result import PlacedTool
@@ -58,7 +58,9 @@ def read_trim(text: str, tools: Sequence[PlacedTool] = ()) -> Side | Curves:
         InputError: if it is none of these.
     """
     if not isinstance(text, str | Path):
-        raise InputError(f"trim = {text!r} must be a file, a side such as z<-20mm, or tool:NAME")
+        raise InputError(
+            f"trim = {said(text)} must be a file, a side such as z<-20mm, or tool:NAME"
+        )
     words = str(text)
     if re.search(r"[<>]", words):
         return _side(words)

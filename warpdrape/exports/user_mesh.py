@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, said
 from warpdrape.results.pyvista_mesh import needed
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ def read_mesh(path: str | Path, unit: float = 1.0) -> UserMesh:
     Raises:
         InputError: if there is none, it cannot be read, or it has no shells.
     """
+    if not isinstance(path, str | Path):
+        raise InputError(f"onto = {said(path)} must be the name of a file")
     path = Path(path)
     pyvista = needed("pyvista", "vtk")
     if not path.is_file():
