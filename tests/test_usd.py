@@ -65,7 +65,7 @@ def test_ply_holds_what_an_outside_tool_reads(stage):
                      "weftTension", "displayColor"):  # fmt: skip
             primvar = primvars.GetPrimvar(name)
             assert primvar.GetInterpolation() == "uniform"
-            assert primvar.GetTimeSamples() == times
+            assert primvar.GetAttr().GetTimeSamples() == primvar.GetTimeSamples() == times
             counts = mesh.GetFaceVertexCountsAttr().Get()
             assert len(primvar.ComputeFlattened(times[-1])) == len(counts)
         check_colours(primvars, times[-1])

@@ -28,6 +28,7 @@ from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
 from warpdrape.results.shading import ply_normals
 from warpdrape.results.usd_stage import (
+    SCALE,
     TIME_PATH,
     VERTEX_PRIMVARS,
     MeshPrim,
@@ -303,7 +304,8 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray]:
     shapes |= dict.fromkeys(VERTEX_PRIMVARS, (n,)) | {"slip": (n, 3)}
     for name, value in values.items():
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
-    values["color"] = shear_color(values["shear_angle_deg"])
+    # The scale is at every frame for readers of its times; equal arrays are saved once.
+    values |= {"scale": SCALE, "color": shear_color(values["shear_angle_deg"])}
     values["extent"] = extent(values["points"])
     values["normals"] = ply_normals(values["points"], mesh.triangles)
     return values

@@ -112,8 +112,8 @@ def _linear_scale(colors: int) -> NDArray[np.float32]:
     return linear.astype(np.float32)
 
 
-SCALE = _linear_scale(1201)  # steps of 0.05°
-"""The colours of ``displayColor``, from dark at 0 to bright at 60°, shape (1201, 3)."""
+SCALE = _linear_scale(241)  # steps of 0.25°
+"""The colours of ``displayColor``, from dark at 0 to bright at 60°, shape (241, 3)."""
 
 
 def shear_color(shear_angle_deg: NDArray[np.floating]) -> NDArray[np.int32]:
@@ -251,11 +251,10 @@ def define_ply(
         attribute.SetDocumentation(text)
         attributes[key] = attribute
     color = usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform)
-    color.Set(to_usd(SCALE))  # once, and for each frame which of them: a tenth of the space
     about = color.GetAttr()
     about.SetDocumentation("shear angle |γ| on the viridis scale (linear light)")
     about.SetCustomData({"scale": "viridis", "minimumDeg": 0.0, "maximumDeg": COLOR_RANGE_DEG})
-    attributes["color"] = color.CreateIndicesAttr()
+    attributes |= {"scale": about, "color": color.CreateIndicesAttr()}
     return {key: attribute.GetPath() for key, attribute in attributes.items()}
 
 
