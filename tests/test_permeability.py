@@ -71,6 +71,16 @@ def test_a_sheet_that_is_not_sheared_has_no_direction_but_its_warp():
     np.testing.assert_allclose(found.directions[0], axes, atol=1e-9)
 
 
+def test_a_sheet_with_more_warp_lets_through_more_along_it():
+    model = replace(MODEL, warp_share=0.7)
+    along, across = (float(k[0]) for k in model.along_and_across(np.array([FRACTION])))
+    found = of_ply(sheared(0.0, turn_deg=-20.0), model)
+    wanted = [0.7 * along + 0.3 * across, 0.3 * along + 0.7 * across, across]
+    np.testing.assert_allclose(found.principal, [wanted] * 2, rtol=1e-12)
+    turn = np.radians(-20.0)
+    assert abs(found.directions[0, 0] @ [np.cos(turn), np.sin(turn), 0.0]) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("gamma", [-50.0, -20.0, 5.0, 20.0, 35.0, 50.0])
 def test_a_sheared_sheet_lets_through_most_between_its_yarns(gamma):
     ply = sheared(gamma, turn_deg=12.0)
@@ -221,6 +231,7 @@ def test_fibres_that_would_lie_too_close_are_said_and_give_a_number():
         (["fibre_diameter=-7um"], "must be above zero"),
         (["fibre_diameter=7um", "packing=cubic"], "unknown packing 'cubic'"),
         (["fibre_diameter=7um", "kozeny_along=2"], "go together: give both, or neither"),
+        (["fibre_diameter=7um", "warp_share=50"], "must lie in 0 … 1: 0.5 for balanced fabrics"),
         (["fibre_diameter=seven"], "must be a number, such as fibre_diameter="),
         (["fibre_diameter"], "must be NAME=VALUE, such as fibre_diameter=7um"),
         (["fibre_diamter=7um"], "unknown option 'fibre_diamter'; did you mean 'fibre_diameter'?"),

@@ -207,8 +207,8 @@ def _add_export(commands: Any) -> None:
         default=[],
         dest="settings",
         help="what a format wants to know, may be repeated; permeability: fibre_diameter=7um, "
-        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across; mapped: unit=1mm, "
-        "farthest=10mm",
+        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across, warp_share=0.5; "
+        "mapped: unit=1mm, farthest=10mm",
     )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 

@@ -50,6 +50,7 @@ FIBRES = (
     Option("packing"),
     Option("kozeny_along", float),
     Option("kozeny_across", float),
+    Option("warp_share", float),
 )
 """What permeability wants to know of fibres."""
 FORMATS = {
@@ -59,6 +60,10 @@ FORMATS = {
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
     "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
+    "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
+    "nastran": Format(
+        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True
+    ),
     "mapped": Format(
         "mapped",
         "mapped.csv",
@@ -68,17 +73,6 @@ FORMATS = {
     ),
     "mapped-vtk": Format(
         "mapped", "mapped.vtu", "the same, the mesh with its fields", single=True, options=ONTO
-    ),
-    "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
-    "nastran": Format(
-        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True
-    ),
-    "dxf": Format(
-        "pattern",
-        "pattern.dxf",
-        "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
-        single=True,
-        options=TRIM,
     ),
     "permeability": Format(
         "permeability_file",
@@ -93,6 +87,13 @@ FORMATS = {
         "the same for ParaView",
         single=True,
         options=FIBRES,
+    ),
+    "dxf": Format(
+        "pattern",
+        "pattern.dxf",
+        "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
+        single=True,
+        options=TRIM,
     ),
     "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True, options=TRIM),
 }

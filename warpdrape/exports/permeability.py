@@ -1,7 +1,7 @@
 """Permeability of formed plies: of aligned fibres by Gebart or Kozeny-Carman, then of two families.
 
-A sheet of woven yarns is taken as two layers of parallel fibres, half of the thickness each, along
-the warp and the weft as they lie after forming, both at the local fibre volume fraction. Layers on
+A sheet of woven yarns is taken as two layers of parallel fibres, along the warp and the weft as
+they lie after forming, each as thick as its share of the fibres, at the local volume fraction. Layers on
 each other share the pressure gradient in their plane, so that their tensors add by thickness, and
 the flow through them, so that their resistances do: Darcy's law, no more. Channels between yarns
 are not seen; where a measurement is at hand, fit the constants of Kozeny-Carman to it.
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.errors import InputError, one_of, positive
+from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.results.result import FormedPly
 
 FULL = 0.98
@@ -62,6 +62,7 @@ class FibreModel:
         packing: "hexagonal" or "quadratic", of Gebart's model.
         kozeny_along: k of Kozeny-Carman along the fibres; both k or neither.
         kozeny_across: k across them.
+        warp_share: share of the fibres that are in the warp.
 
     Raises:
         InputError: if a value cannot be used.
@@ -71,6 +72,7 @@ class FibreModel:
     packing: str = "hexagonal"
     kozeny_along: float | None = None
     kozeny_across: float | None = None
+    warp_share: float = 0.5
 
     def __post_init__(self) -> None:
         positive("fibre_diameter", self.fibre_diameter, unit="m")
@@ -85,6 +87,10 @@ class FibreModel:
         if self.kozeny_along is not None:
             positive("kozeny_along", self.kozeny_along)
             positive("kozeny_across", self.kozeny_across)
+        if not 0.0 <= finite("warp_share", self.warp_share) <= 1.0:
+            raise InputError(
+                f"warp_share = {self.warp_share:g} must lie in 0 … 1: 0.5 for balanced fabrics"
+            )
 
     @property
     def densest(self) -> float:
@@ -144,10 +150,10 @@ def of_ply(ply: FormedPly, model: FibreModel) -> Permeability:
     along, across = model.along_and_across(np.minimum(fraction, model.densest))
     first, second, normal = frames(ply)
     extra = np.zeros((len(fraction), 2, 2))
-    for family in (ply.warp, ply.weft):
+    for family, share in ((ply.warp, model.warp_share), (ply.weft, 1.0 - model.warp_share)):
         plane = np.stack([(family * axis).sum(axis=1) for axis in (first, second)], axis=1)
         plane /= np.linalg.norm(plane, axis=1, keepdims=True)
-        extra += 0.5 * plane[:, :, None] * plane[:, None, :]
+        extra += share * plane[:, :, None] * plane[:, None, :]
     tensor = across[:, None, None] * np.eye(2) + (along - across)[:, None, None] * extra
     return principal(tensor, across, first, second, normal)
 

@@ -34,6 +34,7 @@ def write(
     packing: str = "hexagonal",
     kozeny_along: float | None = None,
     kozeny_across: float | None = None,
+    warp_share: float = 0.5,
 ) -> None:
     """Write one frame; the options are those of `FibreModel`.
 
@@ -45,10 +46,11 @@ def write(
         packing: of the fibres.
         kozeny_along: k of Kozeny-Carman, in place of Gebart's model.
         kozeny_across: likewise.
+        warp_share: share of the fibres that are in the warp.
     """
     if fibre_diameter is None:
         raise InputError("permeability needs the diameter of a fibre: --set fibre_diameter=7um")
-    model = FibreModel(fibre_diameter, packing, kozeny_along, kozeny_across)
+    model = FibreModel(fibre_diameter, packing, kozeny_along, kozeny_across, warp_share)
     plies = reader.result(frames[0]).plies
     parts = parts_of(plies, reader.ply_thicknesses(), model)
     {".csv": _write_csv, ".vtp": _write_vtp}[out.suffix.lower()](out, plies, parts)
