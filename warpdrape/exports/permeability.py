@@ -1,10 +1,10 @@
 """Permeability of formed plies: of aligned fibres by Gebart or Kozeny-Carman, then of two families.
 
 A sheet of woven yarns is taken as two layers of parallel fibres, along the warp and the weft as
-they lie after forming, each as thick as its share of the fibres, at the local volume fraction. Layers on
-each other share the pressure gradient in their plane, so that their tensors add by thickness, and
-the flow through them, so that their resistances do: Darcy's law, no more. Channels between yarns
-are not seen; where a measurement is at hand, fit the constants of Kozeny-Carman to it.
+they lie after forming, each as thick as its share of the fibres, at the local volume fraction.
+Layers on each other share the pressure gradient in their plane, so that their tensors add by
+thickness, and the flow through them, so that their resistances do: Darcy's law, no more. Channels
+between yarns are not seen; where a measurement is at hand, fit the constants of Kozeny-Carman.
 
 Along aligned fibres of radius R: K = 8 R²/c (1 − V)³/V². Across them: K = C (√(V_max/V) − 1)^{5/2}
 R², a narrow gap's resistance. Source: B. R. Gebart, Permeability of unidirectional reinforcements
