@@ -117,6 +117,49 @@ def test_curves_near_a_sphere_are_mapped_along_its_normals(cap, off):
             assert abs(area(loop)) == pytest.approx(abs(area(exact)), rel=2e-3)
 
 
+@pytest.mark.parametrize("axis", ["z", "x"])
+def test_a_curve_from_a_drawing_cuts_along_the_line_of_sight(cap, axis):
+    """A circle in plan, a metre away from the part; along x the whole part is turned."""
+    t = np.linspace(0.0, 2.0 * np.pi, 600, endpoint=False)
+    x, y = 0.02 + 0.05 * np.cos(t), 0.01 + 0.05 * np.sin(t)
+    curve = np.stack([x, y, 1.0 + 0 * t], axis=1)
+    exact = flat_of(np.stack([x, y, np.sqrt(RADIUS**2 - x**2 - y**2)], axis=1) / RADIUS)
+    if axis == "x":
+        cap = replace(cap, points=np.roll(cap.points, 1, axis=1))
+        curve = np.roll(curve, 1, axis=1)
+    (loop,) = trimmed(cap, Curves([curve], "it", axis))
+    assert distance_to(loop, exact).max() < TOLERANCE
+    assert distance_to(exact, loop).max() < TOLERANCE
+
+
+def test_along_a_line_of_sight_folds_under_are_refused_and_what_lies_before_them_cut():
+    flat = wd.Ply.disc("p", "carbon_interlock", 0.13, edge=5e-3, mesh="random")
+    x, y, _ = flat.rest_points.T  # more than half of a sphere of 60 mm
+    points = on_sphere(np.hypot(x, y) / 0.06, np.arctan2(y, x), 0.06)
+    ply = replace(flat_ply(flat.rest_points, flat.mesh.triangles), points=points)
+    t = np.linspace(0.0, 2.0 * np.pi, 600, endpoint=False)
+    ring = np.stack([np.cos(t), np.sin(t), 0.0 * t], axis=1)
+    (loop,) = trimmed(ply, Curves([0.03 * ring], "it", "z"))
+    np.testing.assert_allclose(np.hypot(*loop.T), 60.0 * np.pi / 6.0, atol=0.15)  # 5²/8·60 tan 30°
+    with pytest.raises(wd.InputError, match=r"passes where p folds under itself, .* along z, at x"):
+        trimmed(ply, Curves([0.055 * ring], "it", "z"))
+    sheet = flat_ply(flat.rest_points, flat.mesh.triangles)
+    with pytest.raises(wd.InputError, match="along = x: p stands on its edge; take another axis"):
+        trimmed(sheet, Curves([0.03 * ring], "it", "x"))
+
+
+def test_along_a_line_of_sight_a_curve_drops_down_walls():
+    flat = wd.Ply.rectangle("p", "carbon_interlock", 0.2, 0.1, cells=10, mesh="grid")
+    s, y, _ = flat.rest_points.T
+    wall = 0.02  # up at s = 0, two cells high
+    points = np.stack([np.minimum(s, np.maximum(s - wall, 0.0)), y, np.clip(s, 0.0, wall)], axis=1)
+    ply = replace(flat_ply(flat.rest_points, flat.mesh.triangles), points=points)
+    square = np.array([(-0.05, -0.03, 0), (0.04, -0.03, 0), (0.04, 0.03, 0), (-0.05, 0.03, 0.0)])
+    (loop,) = trimmed(ply, Curves([square], "it", "z"))
+    assert area(loop) == pytest.approx((50 + 20 + 40) * 60, rel=1e-3)
+    assert loop.min(axis=0) == pytest.approx([-50.0, -30.0], abs=0.01)
+
+
 def test_holes_of_the_blank_stay_where_they_are_inside_and_go_outside():
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * 0.01
     holes = [square, square + np.array([0.06, 0.0])]
@@ -279,6 +322,20 @@ def test_what_says_no_trim_is_refused(given, words, tmp_path, monkeypatch):
         (tmp_path / name).write_text(text)
     with pytest.raises(wd.InputError) as refused:
         read_trim(given)
+    assert words in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"trim": "z<0", "along": "z"}, "is a plane, which along = z does not go with"),
+        ({"trim": "tool:die", "along": "up"}, "unknown axis 'up'"),
+        ({"along": "z"}, "along = z goes with trim: say where the part ends"),
+    ],
+)
+def test_a_line_of_sight_goes_with_curves_only(given, words, pressed, tmp_path):
+    with pytest.raises(wd.InputError) as refused:
+        export(pressed[1], "svg", tmp_path / "p.svg", **given)
     assert words in str(refused.value)
 
 

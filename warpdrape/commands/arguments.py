@@ -208,7 +208,7 @@ def _add_export(commands: Any) -> None:
         dest="settings",
         help="what a format wants to know, may be repeated; permeability: fibre_diameter=7um, "
         "packing=hexagonal or quadratic, or kozeny_along and kozeny_across, warp_share=0.5; "
-        "mapped: unit=1mm, farthest=10mm",
+        "mapped: unit=1mm, farthest=10mm; --trim with a curve: along=z",
     )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 

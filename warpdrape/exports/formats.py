@@ -41,8 +41,8 @@ class Format:
     options: tuple[Option, ...] = ()
 
 
-TRIM = (Option("trim"),)
-"""Where the part ends, of flat patterns."""
+TRIM = (Option("trim"), Option("along"))
+"""Where the part ends, of flat patterns, and the axis along which a curve cuts."""
 ONTO = (Option("onto"), Option("unit", float, "m"), Option("farthest", float, "m"))
 """The user's mesh, and how far from it plies lie."""
 FIBRES = (

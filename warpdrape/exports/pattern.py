@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warpdrape.errors import InputError
 from warpdrape.exports.cutting import trimmed
 from warpdrape.exports.outlines import area, border_loops, inside, without_straight
 from warpdrape.exports.pattern_drawing import write_dxf, write_svg
@@ -54,7 +55,14 @@ class Pattern:
     cut: bool = False
 
 
-def write(reader: RunReader, out: Path, frames: Sequence[int], *, trim: str | None = None) -> None:
+def write(
+    reader: RunReader,
+    out: Path,
+    frames: Sequence[int],
+    *,
+    trim: str | None = None,
+    along: str | None = None,
+) -> None:
     """Write the flat plies; the frame matters only where they are trimmed.
 
     Args:
@@ -62,13 +70,16 @@ def write(reader: RunReader, out: Path, frames: Sequence[int], *, trim: str | No
         out: the file to write; its ending says the format.
         frames: one number, when the part is cut.
         trim: where the part ends, as `trim.read_trim` takes it; the whole blanks if None.
+        along: axis along which curves cut.
     """
+    if trim is None and along is not None:
+        raise InputError(f"along = {along} goes with trim: say where the part ends")
     flat = reader.result(0).plies
     if trim is None:
         patterns = patterns_of(flat)
     else:
         formed = reader.result(frames[0])
-        patterns = patterns_of(flat, formed.plies, read_trim(trim, formed.tools))
+        patterns = patterns_of(flat, formed.plies, read_trim(trim, formed.tools, along))
     {".dxf": write_dxf, ".svg": write_svg}[out.suffix.lower()](out, patterns)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,8 @@ from warpdrape.results.result import PlacedTool
 
 MM = 1e3
 """Millimetres in a metre."""
+AXES = "xyz"
+"""Axes along which curves can cut."""
 _TERM = re.compile(r"([+-]?)(?:(\d*\.?\d+(?:e[+-]?\d+)?)\*?)?([xyz])")
 _LIMIT = re.compile(r"([+-]?\d*\.?\d+(?:e[+-]?\d+)?)(m|cm|mm)?")
 
@@ -40,33 +42,42 @@ class Curves:
     Attributes:
         loops: closed curves [m], each shape [n, 3].
         name: what they are called in messages.
+        along: axis along which they cut; None to take each point to the ply's nearest one.
     """
 
     loops: Sequence[np.ndarray]
     name: str
+    along: str | None = None
 
 
-def read_trim(text: str, tools: Sequence[PlacedTool] = ()) -> Side | Curves:
+def read_trim(
+    text: str, tools: Sequence[PlacedTool] = (), along: str | None = None
+) -> Side | Curves:
     """Understand what a user gives.
 
     Args:
         text: a side such as ``z<-20mm`` or ``x+0.5*z>0``, ``tool:NAME`` for that tool's border, or
             a file.
         tools: where they are.
+        along: "x", "y" or "z": curves cut along this axis, however far from the plies they lie.
 
     Raises:
         InputError: if it is none of these.
     """
+    if along is not None:
+        one_of("axis", along, AXES)
     if not isinstance(text, str | Path):
         raise InputError(
             f"trim = {said(text)} must be a file, a side such as z<-20mm, or tool:NAME"
         )
     words = str(text)
     if re.search(r"[<>]", words):
+        if along is not None:
+            raise InputError(f"trim = {words!r} is a plane, which along = {along} does not go with")
         return _side(words)
     if words.startswith("tool:"):
-        return _border(words.removeprefix("tool:"), tools)
-    return Curves(read_curves(Path(text)), f"the curve in {Path(text).name}")
+        return replace(_border(words.removeprefix("tool:"), tools), along=along)
+    return Curves(read_curves(Path(text)), f"the curve in {Path(text).name}", along)
 
 
 def _side(text: str) -> Side:

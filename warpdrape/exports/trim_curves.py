@@ -8,7 +8,6 @@ import numpy as np
 
 from warpdrape.errors import InputError
 from warpdrape.exports.on_ply import Feet, PlySearch
-from warpdrape.exports.outlines import area, border_loops, inside
 from warpdrape.exports.trim import MM, Curves
 from warpdrape.results.result import FormedPly
 
@@ -22,8 +21,8 @@ OUTSIDE = 1e-4
 """How far beyond a ply's edge a curve counts as outside [m]."""
 
 
-def inside_curves(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
-    """Loops on the flat blank [mm]: the curves, and holes of the blank that lie inside them.
+def on_blank(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
+    """Closed curves taken to the flat blank, loops [mm] of shape [n, 2].
 
     Args:
         ply: the formed ply.
@@ -32,12 +31,11 @@ def inside_curves(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
     Raises:
         InputError: if a curve lies too far off, or jumps.
     """
-    search = PlySearch(ply)
+    search, edges = PlySearch(ply), border_edges(ply.triangles)
     size = float(np.linalg.norm(np.ptp(ply.points, axis=0)))
-    edges = border_edges(ply.triangles)
     found, beyond, way, most = [], 0.0, 0.0, 0.0
     for loop in trim.loops:
-        points = _stepped(loop)
+        points = stepped(loop)
         feet = search.nearest(points)
         out = _overhang(points, feet, search, ply, edges)
         off = feet.distance[out <= OUTSIDE]
@@ -47,7 +45,8 @@ def inside_curves(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
                 "run's coordinates, where the formed part is"
             )
         flat = feet.of(np.asarray(ply.rest_points)[:, :2], ply.triangles)
-        _refuse_jumps(points, flat, out > OUTSIDE, ply, trim)
+        if trim.along is None:  # along a line of sight a curve drops down walls, and folds are seen
+            _refuse_jumps(points, flat, out > OUTSIDE, ply, trim)
         steps = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
         way += float(steps.sum())
         beyond += float(steps[out > OUTSIDE].sum())
@@ -59,10 +58,7 @@ def inside_curves(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
             f"up to {MM * most:.3g} mm: the pattern follows the blank's edge there; make it larger",
             stacklevel=2,
         )
-    blank = border_loops(np.asarray(ply.triangles).tolist())
-    borders = [MM * np.asarray(ply.rest_points)[loop, :2] for loop in blank]
-    holes = [loop for loop in borders if area(loop) < 0.0 and inside(loop, found).all()]
-    return found + holes
+    return found
 
 
 def border_edges(triangles: np.ndarray) -> np.ndarray:
@@ -72,7 +68,7 @@ def border_edges(triangles: np.ndarray) -> np.ndarray:
     return (count[of.reshape(-1)] == 1).reshape(-1, 3)
 
 
-def _stepped(loop: np.ndarray) -> np.ndarray:
+def stepped(loop: np.ndarray) -> np.ndarray:
     """Points along a closed curve, its corners among them, `STEP` or less apart."""
     sides = np.roll(loop, -1, axis=0) - loop
     counts = np.maximum(np.ceil(np.linalg.norm(sides, axis=1) / STEP), 1.0).astype(int)
