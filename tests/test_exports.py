@@ -258,7 +258,7 @@ def test_outlines_keep_corners_holes_and_curves_and_nothing_else():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"to": "vkt"}, "unknown format 'vkt'; did you mean 'vtk'? known: csv, dxf, inp, npz"),
+        ({"to": "vkt"}, "unknown format 'vkt'; did you mean 'vtk'? known: csv, dxf, dyna, inp, "),
         ({"to": "csv", "frame": 5}, "frame = 5 is out of range: the run has frames 0 to 4"),
         ({"to": "csv", "frame": "last"}, "must be a whole number, or 'all'"),
         ({"to": "inp", "frame": "all"}, "the format 'inp' holds one frame"),

@@ -1,3 +1,4 @@
+import json
 import os
 import shutil
 import subprocess
@@ -8,13 +9,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import trimesh
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade, UsdUtils
 from synthetic_run import ANGLES_DEG, FRAMES, STROKE_S, frames_at, shapes, write_run
 from test_engine import small_press
 
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results import usd
-from warpdrape.results.usd import PlyShape, UsdWriter
+from warpdrape.results.shading import ply_normals, tool_normals
+from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
 from warpdrape.results.usd_stage import TIME_ATTRIBUTE, shear_color
 
 
@@ -62,8 +65,20 @@ def test_ply_holds_what_an_outside_tool_reads(stage):
                      "weftTension", "displayColor"):  # fmt: skip
             primvar = primvars.GetPrimvar(name)
             assert primvar.GetInterpolation() == "uniform"
-            assert primvar.GetAttr().GetTimeSamples() == times
+            assert primvar.GetAttr().GetTimeSamples() == primvar.GetTimeSamples() == times
+            counts = mesh.GetFaceVertexCountsAttr().Get()
+            assert len(primvar.Get(times[-1])) == len(counts)  # one a triangle, not indexed
+        check_colours(primvars, times[-1])
         check_yarns(mesh, primvars, np.array(rest.Get(), float), angle)
+
+
+def check_colours(primvars, time):
+    """Darker and brighter in the order of |γ|, as linear light of a scale that gets brighter."""
+    shear = np.abs(primvars.GetPrimvar("shearAngle").Get(time))
+    color = np.array(primvars.GetPrimvar("displayColor").Get(time), float)
+    bright = color @ [0.2126, 0.7152, 0.0722]
+    order = np.argsort(shear)
+    assert np.ptp(shear) > 5.0 and (np.diff(bright[order]) >= -1e-6).all()
 
 
 def check_yarns(mesh, primvars, rest, angle_deg):
@@ -100,6 +115,102 @@ def test_tool_moves_and_keeps_its_points(stage):
     for k in range(FRAMES):
         moved = mesh.ComputeLocalToWorldTransform(k).ExtractTranslation()
         assert tuple(moved) == pytest.approx((0.0, 0.0, -0.01 * k), abs=1e-15)
+
+
+def test_normals_are_those_of_the_surface_at_every_frame(stage):
+    """Against the saddle's own normal at middle vertices, exact but for the mesh's diagonals."""
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies/ply_1"))
+    assert mesh.GetNormalsInterpolation() == "vertex"
+    rest = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("restPoints").Get(), float)
+    inner = np.abs(rest[:, :2]).max(axis=1) < 0.14
+    for k in range(FRAMES):
+        amount = k / (FRAMES - 1)
+        normals = np.array(mesh.GetNormalsAttr().Get(k), float)
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-6)
+        x, y, _ = rest.T
+        one = np.ones_like(x)
+        along_x = np.stack([one, 0.1 * amount * one, 4 * amount * y], axis=1)
+        along_y = np.stack([0.3 * amount * one, one, 4 * amount * x], axis=1)
+        exact = np.cross(along_x, along_y)
+        exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+        # one diagonal a square: 2 % of the slope 4 · 0.05 across a cell
+        assert np.linalg.norm(normals - exact, axis=1)[inner].max() < 0.02 * amount + 1e-6
+    assert np.abs(exact[inner, :2]).max() > 0.3
+
+
+def test_sharp_edges_of_tools_stay_sharp_and_round_ones_round(tmp_path):
+    box, ball = trimesh.creation.box((0.2, 0.1, 0.05)), trimesh.creation.icosphere(3, 0.1)
+    tools = [ToolShape(n, m.vertices, m.faces) for n, m in (("box", box), ("ball", ball))]
+    with UsdWriter(tmp_path / "scene.usdc", shapes()[0], tools) as writer:
+        writer.write(0, 0.0, frames_at(0.0), np.zeros((2, 3)))
+    stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
+
+    def corners(name):
+        primvars = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(f"/World/tools/{name}"))
+        normals = primvars.GetPrimvar("normals")
+        assert normals.GetInterpolation() == "faceVarying"
+        return np.array(normals.ComputeFlattened(), float), len(normals.Get())
+
+    flat, count = corners("box")
+    np.testing.assert_allclose(flat, np.repeat(box.face_normals, 3, axis=0), atol=1e-6)
+    assert count == 6
+    smooth, count = corners("ball")
+    # icosphere of 642 vertices: weighted means are within 0.3 degrees of the radius
+    np.testing.assert_allclose(smooth, 10.0 * ball.vertices[ball.faces.ravel()], atol=5e-3)
+    assert count == len(ball.vertices)
+
+
+def test_vertices_of_no_triangle_and_facets_without_area_get_a_normal():
+    points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [5, 5, 5.0]], np.float32)
+    triangles = np.array([[0, 1, 2], [0, 3, 1]])
+    normals = ply_normals(points, triangles)
+    np.testing.assert_array_equal(normals[:, 2], [-1, -1, 1, -1, 1])
+    assert (np.linalg.norm(tool_normals(points, triangles), axis=1) == 1.0).all()
+
+
+def test_the_file_says_what_it_is(tmp_path):
+    small_press(duration=4e-4).run(tmp_path / "run", frames=1)
+    stage = Usd.Stage.Open(str(tmp_path / "run" / "scene.usdc"))
+    about = stage.GetRootLayer().customLayerData
+    record = json.loads((tmp_path / "run" / "run.json").read_text("utf-8"))
+    assert about["program"] == "warpdrape" and about["scene"] == record["scene"]
+    assert about["version"] == record["versions"]["warpdrape"]
+    units = about["units"]
+    assert units["points"] == "m" and units["shearAngle"] == "deg" and units["warpStrain"] == "1"
+    assert units["warpTension"] == "N per metre of width" and units["toolPressure"] == "Pa"
+    for prim in stage.Traverse():
+        primvars = UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues() if prim else []
+        names = {p.GetPrimvarName() for p in primvars}
+        assert names - {"displayColor", "displayOpacity", "normals"} <= set(units)
+    kinds = {p: Usd.ModelAPI(stage.GetPrimAtPath(p)).GetKind() for p in ("/World", "/World/plies")}
+    assert kinds == {"/World": "assembly", "/World/plies": "group"}
+    for folder in ("plies", "tools"):
+        for prim in stage.GetPrimAtPath(f"/World/{folder}").GetChildren():
+            assert prim.IsModel() and Usd.ModelAPI(prim).GetKind() == "component"
+    lying = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies").GetChildren()[0])
+    flat = UsdGeom.PrimvarsAPI(lying).GetPrimvar("restPoints").Get()
+    assert lying.GetPointsAttr().Get() == flat  # at no time
+
+
+def test_a_frame_takes_no_more_than_its_numbers(tmp_path):
+    """Nor does the layer keep copies of what stays."""
+    sizes = []
+    for frames in (2, 22):
+        with UsdWriter(tmp_path / f"{frames}.usdc", *shapes()) as writer:
+            for k in range(frames):
+                writer.write(k, 0.01 * k, frames_at((k + 1) / 23), [[0, 0, 0]])
+        sizes.append((tmp_path / f"{frames}.usdc").stat().st_size)
+    vertices, triangles = (len(a) for a in (shapes()[0][0].rest_points, shapes()[0][0].triangles))
+    # positions, normals; directions, colours and 5 scalars; a tenth for the layer's own tables
+    numbers = 3 * (24 * vertices + 56 * triangles)
+    assert (sizes[1] - sizes[0]) / 20 < 1.1 * numbers
+
+
+def test_validator_of_another_hand_finds_no_failure(scene_path):
+    validator = pytest.importorskip("omni.asset_validator")
+    found = validator.ValidationEngine().validate(str(scene_path))
+    bad = (validator.IssueSeverity.ERROR, validator.IssueSeverity.FAILURE)
+    assert [str(issue) for issue in found.issues() if issue.severity in bad] == []
 
 
 def test_materials_are_bound(stage):

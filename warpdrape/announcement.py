@@ -14,8 +14,8 @@ RATE = 4e6
 """Triangles that one core advances by a step in a second, roughly: which runs are long."""
 LONG = 60.0
 """Time from which a run counts as long [s], so that its steps are timed before it starts."""
-PER_TRIANGLE, PER_VERTEX, FIELD = 56, 12, 4
-"""Bytes of a frame: directions, shear, strains, tensions, colour; positions; and each further
+PER_TRIANGLE, PER_VERTEX, FIELD = 48, 24, 4
+"""Bytes of a frame: directions, shear, strains, tensions, colour; positions, normals; each further
 quantity in a triangle or at a vertex, of which slip has three."""
 
 

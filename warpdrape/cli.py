@@ -151,12 +151,14 @@ def _picture(arguments: argparse.Namespace) -> int:
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.exporting import read_options
     from warpdrape.exports.export import ALL, export
 
     frame = arguments.frame
     if frame is not None and frame != ALL:
         frame = whole("--frame", frame)
     options = {"frame": frame, "overwrite": arguments.overwrite}
+    options |= read_options(arguments.settings, trim=arguments.trim, onto=arguments.onto)
     print(export(arguments.run, arguments.to, arguments.out, **options))
     return DONE
 

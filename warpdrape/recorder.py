@@ -125,6 +125,11 @@ class Recorder:
                 for p in scene.plies
             ],
             [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
+            about={
+                "program": "warpdrape",
+                "version": record["versions"]["warpdrape"],
+                "scene": scene.name,
+            },
             **({} if earlier is None else {"mark": earlier.frames, "last": earlier.frame}),
         )
 

@@ -191,6 +191,25 @@ def _add_export(commands: Any) -> None:
         help="which frame, negative ones from the end, or all; if not given all for vtk and "
         "vtkhdf, and the last one for others",
     )
+    export.add_argument(
+        "--trim",
+        metavar="WHERE",
+        help="dxf and svg: where the part ends: a side, z<-20mm or x+0.5*z>10mm; tool:NAME for "
+        "that tool's border; or a .dxf, .csv or .json with closed curves",
+    )
+    export.add_argument(
+        "--onto", metavar="MESH", help="mapped and mapped-vtk: the mesh, in the run's coordinates"
+    )
+    export.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help="what a format wants to know, may be repeated; permeability: fibre_diameter=7um, "
+        "packing=hexagonal or quadratic, or kozeny_along and kozeny_across, warp_share=0.5; "
+        "mapped: unit=1mm, farthest=10mm; --trim with a curve: along=z",
+    )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
 
 

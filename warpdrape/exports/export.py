@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -23,6 +23,7 @@ def export(
     *,
     frame: int | str | None = None,
     overwrite: bool = False,
+    **options: str | float | None,
 ) -> Path:
     """Write a run in the format of another program; return the file.
 
@@ -33,12 +34,15 @@ def export(
         frame: the frame, negative ones from the end, or "all"; if None all frames of formats for
             animations, and the last one of others.
         overwrite: replace the file.
+        options: what the format takes beside, as ``trim`` of "dxf"; None is as not given.
 
     Raises:
-        InputError: if the format is unknown, its package is missing, the run cannot be read, the
-            frame is out of range, or the file is there or cannot be written.
+        InputError: if the format or an option of it is unknown, its package is missing, the run
+            cannot be read, the frame is out of range, or the file is there or cannot be written.
     """
     chosen = FORMATS[one_of("format", to, FORMATS)]
+    given = {name: value for name, value in options.items() if value is not None}
+    _refuse_options(chosen, to, given)
     reader = RunReader(run)
     frames = _frames(chosen, to, reader, frame)
     path = Path(run, EXPORTS, chosen.file) if out is None else Path(out)
@@ -51,7 +55,7 @@ def export(
     partial = partial_path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        writer.write(reader, partial, frames)
+        writer.write(reader, partial, frames, **given)
     except OSError as error:
         if partial.is_file():
             partial.unlink()
@@ -60,6 +64,21 @@ def export(
         ) from error
     give_final_name(partial, path)
     return path
+
+
+def _refuse_options(chosen: Format, to: str, given: Mapping[str, object]) -> None:
+    own = [option.name for option in chosen.options]
+    for name in given:
+        if name in own:
+            continue
+        every = {option.name for each in FORMATS.values() for option in each.options}
+        one_of("option", name, every)
+        takers = [
+            known for known, each in FORMATS.items() if name in [o.name for o in each.options]
+        ]
+        raise InputError(
+            f"{name} does not go with the format {to!r}: it goes with {', '.join(takers)}"
+        )
 
 
 def _frames(chosen: Format, to: str, reader: RunReader, frame: int | str | None) -> Sequence[int]:

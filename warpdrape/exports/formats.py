@@ -6,6 +6,21 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class Option:
+    """What more a user may say of a format.
+
+    Attributes:
+        name: of it.
+        kind: float or str.
+        unit: of a number, empty for none.
+    """
+
+    name: str
+    kind: type = str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
 class Format:
     """A format.
 
@@ -15,6 +30,7 @@ class Format:
         words: what it is for, in a line.
         animated: whether all frames are written unless one is asked for; else the last one.
         single: whether it holds one frame only.
+        options: what more a user may say, passed on to ``write``.
     """
 
     module: str
@@ -22,8 +38,21 @@ class Format:
     words: str
     animated: bool = False
     single: bool = False
+    options: tuple[Option, ...] = ()
 
 
+TRIM = (Option("trim"), Option("along"))
+"""Where the part ends, of flat patterns, and the axis along which a curve cuts."""
+ONTO = (Option("onto"), Option("unit", float, "m"), Option("farthest", float, "m"))
+"""The user's mesh, and how far from it plies lie."""
+FIBRES = (
+    Option("fibre_diameter", float, "m"),
+    Option("packing"),
+    Option("kozeny_along", float),
+    Option("kozeny_across", float),
+    Option("warp_share", float),
+)
+"""What permeability wants to know of fibres."""
 FORMATS = {
     "vtk": Format("vtk", "scene.pvd", "ParaView, a .vtp for each ply and frame", animated=True),
     "vtkhdf": Format("vtkhdf", "scene.vtkhdf", "ParaView, one small file", animated=True),
@@ -31,7 +60,41 @@ FORMATS = {
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
     "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
-    "dxf": Format("pattern", "pattern.dxf", "the flat blanks with their yarn axes", single=True),
-    "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True),
+    "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
+    "nastran": Format(
+        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True
+    ),
+    "mapped": Format(
+        "mapped",
+        "mapped.csv",
+        "fields of the plies on your mesh, --onto MESH: a row a shell and ply",
+        single=True,
+        options=ONTO,
+    ),
+    "mapped-vtk": Format(
+        "mapped", "mapped.vtu", "the same, the mesh with its fields", single=True, options=ONTO
+    ),
+    "permeability": Format(
+        "permeability_file",
+        "permeability.csv",
+        "filling codes: principal values and directions of plies and stack",
+        single=True,
+        options=FIBRES,
+    ),
+    "permeability-vtk": Format(
+        "permeability_file",
+        "permeability.vtp",
+        "the same for ParaView",
+        single=True,
+        options=FIBRES,
+    ),
+    "dxf": Format(
+        "pattern",
+        "pattern.dxf",
+        "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
+        single=True,
+        options=TRIM,
+    ),
+    "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True, options=TRIM),
 }
 """By the name that a user gives."""

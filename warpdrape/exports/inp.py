@@ -16,17 +16,12 @@ from typing import TextIO
 
 import numpy as np
 
+from warpdrape.exports.layup import DENSITY, LAYERS, MATERIAL
 from warpdrape.results.read_run import RunReader
 from warpdrape.results.result import FormedPly, Result
 
-LAYERS = (("WARP", 0.25), ("WEFT", 0.5), ("WARP", 0.25))
-"""Yarn family and share of the thickness of a ply's layers, from the bottom up."""
-MATERIAL = (135e9, 9e9, 9e9, 0.3, 0.3, 0.45, 5e9, 5e9, 3.1e9)
-"""E1, E2, E3 [Pa], ν12, ν13, ν23, G12, G13, G23 [Pa]: carbon and epoxy, to be replaced."""
 POINTS = 3
 """Section points of a layer, for Abaqus; CalculiX takes its own."""
-DENSITY = 1550.0
-"""… and its density [kg/m³]."""
 ROW = 8
 """Numbers in a row of a set."""
 
@@ -122,8 +117,8 @@ def _write_heading(
         "** Stack from the bottom up: " + ", ".join(shell.name for shell in shells) + "\n"
         "** Every element: layers warp, weft, warp of 1/4, 1/2, 1/4 of its thickness, each along\n"
         "** its yarns as they lie. Element type S6 is CalculiX's; Abaqus calls it STRI65.\n"
-        "** Plies do not hold on to each other: tie TOP_ of one to BOTTOM_ of the next, or add\n"
-        "** contact. Material, boundary and load are an example: replace them by yours.\n"
+        "** Plies do not hold on to each other: tie TOP_ of one to BOTTOM_ of the next, without\n"
+        "** moving nodes (ADJUST=NO), or add contact. Material, boundary and load are an example.\n"
     )
 
 

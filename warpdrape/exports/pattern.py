@@ -1,7 +1,8 @@
-"""The flat blanks as a cutter takes them: outlines with the axes of the yarns, in millimetres.
+"""The flat plies as a cutter takes them: outlines with axes of the yarns, notches and labels.
 
-Plies lie side by side in their order from the bottom up, each as it was laid on the table, seen
-from above. Vertices of the mesh that lie on a straight piece of the outline are left out.
+The outline is the blank's or, where the part ends before it, what is kept of the formed ply, mapped
+back. All in millimetres. Plies lie side by side in their order from the bottom up, each as it was
+laid on the table, seen from above. Vertices that lie on a straight piece are left out.
 """
 
 from __future__ import annotations
@@ -9,24 +10,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 import numpy as np
 
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.errors import InputError
+from warpdrape.exports.cutting import trimmed
+from warpdrape.exports.outlines import area, border_loops, inside, without_straight
+from warpdrape.exports.pattern_drawing import write_dxf, write_svg
+from warpdrape.exports.trim import MM, Curves, Side, read_trim
 from warpdrape.results.read_run import RunReader
 from warpdrape.results.result import FormedPly
 
-MM = 1e3
-"""Millimetres in a metre."""
-STRAIGHT = 1e-3
-"""Distance from the line between corners below which a vertex is left out [mm]."""
 GAP = 0.1
 """Gap between blanks, as a share of the widest."""
 ARM = 0.3
 """Length of an axis either way, over the smaller side of the blank."""
-_COLORS = {"BLANK": 7, "WARP": 1, "WEFT": 5, "TEXT": 8}  # of DXF: black or white, red, blue, grey
-_STROKES = {"BLANK": "#1a1d21", "WARP": "#c62828", "WEFT": "#1565c0"}
+NOTCH = 4.0
+"""Length of a notch [mm], or a tenth of the blank's smaller side if that is less."""
 
 
 @dataclass(frozen=True)
@@ -37,146 +37,122 @@ class Pattern:
         name: the ply's.
         loops: closed outlines, each shape [n, 2]; holes run clockwise.
         axes: ends of the axes of warp and weft, by family, each shape [2, 2].
+        notches: cuts from the outline inwards where the axes meet it, from the outline on, each
+            shape [2, 2].
         angle: from the x axis to the warp [deg], within ±90°.
         low: lowest corner of the box round it, shape [2].
         high: highest one.
+        cut: whether the outline is what is kept of the formed ply, not the blank's.
     """
 
     name: str
     loops: Sequence[np.ndarray]
     axes: dict[str, np.ndarray]
+    notches: Sequence[np.ndarray]
     angle: float
     low: np.ndarray
     high: np.ndarray
+    cut: bool = False
 
 
-def write(reader: RunReader, out: Path, frames: Sequence[int]) -> None:
-    """Write the flat blanks; the frame does not matter.
+def write(
+    reader: RunReader,
+    out: Path,
+    frames: Sequence[int],
+    *,
+    trim: str | None = None,
+    along: str | None = None,
+) -> None:
+    """Write the flat plies; the frame matters only where they are trimmed.
 
     Args:
         reader: the run.
         out: the file to write; its ending says the format.
-        frames: of no concern.
+        frames: one number, when the part is cut.
+        trim: where the part ends, as `trim.read_trim` takes it; the whole blanks if None.
+        along: axis along which curves cut.
     """
-    patterns = patterns_of(reader.result(0).plies)
-    {".dxf": _write_dxf, ".svg": _write_svg}[out.suffix.lower()](out, patterns)
+    if trim is None and along is not None:
+        raise InputError(f"along = {along} goes with trim: say where the part ends")
+    flat = reader.result(0).plies
+    if trim is None:
+        patterns = patterns_of(flat)
+    else:
+        formed = reader.result(frames[0])
+        patterns = patterns_of(flat, formed.plies, read_trim(trim, formed.tools, along))
+    {".dxf": write_dxf, ".svg": write_svg}[out.suffix.lower()](out, patterns)
 
 
-def patterns_of(plies: Sequence[FormedPly]) -> list[Pattern]:
+def patterns_of(
+    plies: Sequence[FormedPly],
+    formed: Sequence[FormedPly] = (),
+    trim: Side | Curves | None = None,
+) -> list[Pattern]:
     """Lay blanks side by side.
 
     Args:
         plies: as they are before forming, from the bottom up.
+        formed: the same as they are when the part is cut.
+        trim: where it is cut; nowhere if None.
     """
-    gap = GAP * MM * max(float(np.ptp(ply.rest_points[:, 0])) for ply in plies)
+    if trim is None:
+        every = [_blank(ply) for ply in plies]
+    else:
+        every = [trimmed(ply, trim) for ply in formed]
+    gap = GAP * max(float(np.ptp(np.concatenate(loops)[:, 0])) for loops in every)
     patterns, at = [], 0.0
-    for ply in plies:
-        flat = MM * ply.rest_points[:, :2]
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        shift = np.array([at - low[0], 0.0])
-        center = 0.5 * (low + high) + shift
-        arm = ARM * float((high - low).min())
-        axes = {}
-        for family, directions in (("WARP", ply.warp), ("WEFT", ply.weft)):
-            along = directions[:, :2].mean(axis=0)
-            along *= arm / np.linalg.norm(along)
-            axes[family] = np.stack([center - along, center + along])
-        x, y = axes["WARP"][1] - axes["WARP"][0]
-        loops = [_without_straight(flat[loop]) + shift for loop in _loops(ply.triangles)]
-        angle = float(np.degrees(np.arctan2(y, x)))
-        angle = round(angle - 180.0 * round(angle / 180.0), 3) + 0.0  # no −0
-        patterns.append(Pattern(ply.name, loops, axes, angle, low + shift, high + shift))
-        at += float(high[0] - low[0]) + gap
+    for ply, loops in zip(plies, every, strict=True):
+        pattern = _pattern(ply, loops, at, cut=trim is not None)
+        patterns.append(pattern)
+        at = float(pattern.high[0]) + gap
     return patterns
 
 
-def _loops(triangles: np.ndarray) -> list[np.ndarray]:
-    """Vertices of the border, loop by loop, the sheet on their left."""
-    ends = np.asarray(triangles)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    inner = {(b, a) for a, b in ends.tolist()}
-    following: dict[int, list[int]] = {}
-    for a, b in ends.tolist():
-        if (a, b) not in inner:
-            following.setdefault(a, []).append(b)
-    loops = []
-    while following:
-        first = vertex = next(iter(following))
-        loop = []
-        while True:
-            loop.append(vertex)
-            after = following[vertex]
-            vertex = after.pop()
-            if not after:
-                del following[loop[-1]]
-            if vertex == first:
-                break
-        loops.append(np.array(loop))
-    return loops
-
-
-def _without_straight(loop: np.ndarray) -> np.ndarray:
-    """A loop [mm] without the vertices that lie on the line from one corner to the next."""
-    first = np.lexsort((loop[:, 1], loop[:, 0]))[0]  # an outermost one, so a corner
-    loop = np.roll(loop, -first, axis=0)
-    closed = np.concatenate([loop, loop[:1]])
-    kept = [0]
-    for k in range(1, len(loop)):
-        along = closed[k + 1] - closed[kept[-1]]
-        to = closed[kept[-1] + 1 : k + 1] - closed[kept[-1]]
-        off = np.abs(along[0] * to[:, 1] - along[1] * to[:, 0])
-        if (off > STRAIGHT * np.hypot(*along)).any():
-            kept.append(k)
-    return loop[kept]
-
-
-def _write_dxf(out: Path, patterns: Sequence[Pattern]) -> None:
-    ezdxf = needed("ezdxf", "dxf")
-    drawing = ezdxf.new("R2010", units=ezdxf.units.MM)
-    sheet = drawing.modelspace()
-    for pattern in patterns:
-        layers = {kind: f"{kind}_{pattern.name}" for kind in _COLORS}
-        for kind, layer in layers.items():
-            drawing.layers.add(layer, color=_COLORS[kind])
-        for loop in pattern.loops:
-            sheet.add_lwpolyline(loop.tolist(), close=True, dxfattribs={"layer": layers["BLANK"]})
-        for family, ends in pattern.axes.items():
-            sheet.add_line(*ends.tolist(), dxfattribs={"layer": layers[family]})
-        size = 0.04 * float((pattern.high - pattern.low).min())
-        options = {"layer": layers["TEXT"], "height": size}
-        place = (float(pattern.low[0]), float(pattern.low[1]) - 2.0 * size)
-        sheet.add_text(_label(pattern), dxfattribs=options).set_placement(place)
-    drawing.saveas(out)
-
-
-def _write_svg(out: Path, patterns: Sequence[Pattern]) -> None:
-    low = np.min([pattern.low for pattern in patterns], axis=0)
-    high = np.max([pattern.high for pattern in patterns], axis=0)
-    letter = 0.04 * float(min((pattern.high - pattern.low).min() for pattern in patterns))
-    margin = 2.5 * letter
-    width, height = high - low + 2.0 * margin
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.6g}mm" height="{height:.6g}mm" '
-        f'viewBox="{low[0] - margin:.6g} {-high[1] - margin:.6g} {width:.6g} {height:.6g}" '
-        f'fill="none" stroke-width="{0.02 * letter:.3g}">'
+def _blank(ply: FormedPly) -> list[np.ndarray]:
+    flat = MM * np.asarray(ply.rest_points)[:, :2]
+    return [
+        without_straight(flat[loop]) for loop in border_loops(np.asarray(ply.triangles).tolist())
     ]
-    for pattern in patterns:
-        lines.append(f'<g id="{escape(pattern.name)}">')
-        for loop in pattern.loops:
-            points = " ".join(f"{x:.7g},{-y:.7g}" for x, y in loop)  # y points down in SVG
-            lines.append(f'<polygon class="BLANK" stroke="{_STROKES["BLANK"]}" points="{points}"/>')
-        for family, ((x1, y1), (x2, y2)) in pattern.axes.items():
-            lines.append(
-                f'<line class="{family}" stroke="{_STROKES[family]}" x1="{x1:.7g}" '
-                f'y1="{-y1:.7g}" x2="{x2:.7g}" y2="{-y2:.7g}"/>'
-            )
-        x, y = pattern.low
-        lines.append(
-            f'<text x="{x:.7g}" y="{-y + 1.5 * letter:.7g}" font-size="{letter:.3g}" '
-            f'font-family="sans-serif" fill="{_STROKES["WARP"]}">{escape(_label(pattern))}</text>'
-        )
-        lines.append("</g>")
-    out.write_text("\n".join([*lines, "</svg>"]) + "\n", encoding="utf-8")
 
 
-def _label(pattern: Pattern) -> str:
-    return f"{pattern.name}: warp (red) at {pattern.angle:.4g} deg"
+def _pattern(ply: FormedPly, loops: Sequence[np.ndarray], at: float, *, cut: bool) -> Pattern:
+    """A pattern with its left side at x = ``at`` [mm]."""
+    corners = np.concatenate(loops)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    shift = np.array([at - low[0], 0.0])
+    loops = [loop + shift for loop in loops]
+    low, high = low + shift, high + shift
+    center, side = 0.5 * (low + high), float((high - low).min())
+    axes, notches = {}, []
+    for family, directions in (("WARP", ply.warp), ("WEFT", ply.weft)):
+        along = directions[:, :2].mean(axis=0)
+        along /= np.linalg.norm(along)
+        axes[family] = np.stack([center - ARM * side * along, center + ARM * side * along])
+        notches += _notches(loops, center, along, min(NOTCH, 0.1 * side))
+    x, y = axes["WARP"][1] - axes["WARP"][0]
+    angle = float(np.degrees(np.arctan2(y, x)))
+    angle = round(angle - 180.0 * round(angle / 180.0), 3) + 0.0  # no −0
+    return Pattern(ply.name, loops, axes, notches, angle, low, high, cut)
+
+
+def _notches(
+    loops: Sequence[np.ndarray], center: np.ndarray, along: np.ndarray, length: float
+) -> list[np.ndarray]:
+    """Cuts inwards along an axis where it leaves the outer outline for good, one at either end."""
+    outer = max(loops, key=area)
+    here, sides = outer - center, np.roll(outer, -1, axis=0) - outer
+    turned = np.array([-along[1], along[0]])
+    across, slope = here @ turned, sides @ turned
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = -across / slope
+    met = (share >= 0.0) & (share < 1.0)  # false too where a side runs along the axis
+    ways = (here @ along + share * (sides @ along))[met]
+    if not len(ways):
+        return []
+    ends = []
+    for way, inwards in ((ways.max(), -1.0), (ways.min(), 1.0)):
+        start = center + way * along
+        end = start + inwards * length * along
+        if inside(0.5 * (start + end)[None], loops)[0]:
+            ends.append(np.stack([start, end]))
+    return ends

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -26,6 +26,7 @@ from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
 from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
+from warpdrape.results.shading import ply_normals
 from warpdrape.results.usd_stage import (
     TIME_PATH,
     VERTEX_PRIMVARS,
@@ -55,6 +56,7 @@ class UsdWriter:
         plies: the plies, in the order in which `write` gets their frames.
         tools: the tools, in the order of `write`'s translations; may be empty.
         frames_per_second: frames that a viewer plays in a second.
+        about: what the file says of where it comes from, such as program and scene.
         mark: go on from it, in the partial file; its last frame is ``last``.
         last: frame.
 
@@ -69,6 +71,7 @@ class UsdWriter:
         tools: Sequence[ToolShape] = (),
         *,
         frames_per_second: float = FRAMES_PER_SECOND,
+        about: Mapping[str, str] | None = None,
         mark: Mark | None = None,
         last: int = -1,
     ) -> None:
@@ -92,7 +95,7 @@ class UsdWriter:
         # Frames go into the layer itself: a stage over it would follow each of their values.
         self._layer: Sdf.Layer | None = _layer(self.partial_path, new=mark is None)
         stage = Usd.Stage.Open(self._layer) if mark is None else Usd.Stage.CreateInMemory()
-        set_up_stage(stage, frames_per_second)
+        set_up_stage(stage, frames_per_second, about)
         cloth, metal = define_materials(stage)
         self._plies = [
             define_ply(stage, mesh, cloth, ply.at_vertices, ply.in_triangles)
@@ -146,7 +149,7 @@ class UsdWriter:
         self,
         frame: int,
         time_s: float,
-        ply_values: Sequence[dict[str, NDArray[np.float32]]],
+        ply_values: Sequence[dict[str, NDArray]],
         moves: NDArray[np.float64],
     ) -> None:
         with Sdf.ChangeBlock():
@@ -287,8 +290,8 @@ def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...
     return values
 
 
-def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32]]:
-    """Return the frame's values by field name, checked, with colour and extent added."""
+def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray]:
+    """Return the frame's values by field name, checked, with colour, extent, normals added."""
     n, m = len(mesh.points), len(mesh.triangles)
     shapes = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
     with np.errstate(over="ignore"):  # an overflow becomes infinite and is refused below
@@ -302,4 +305,5 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
     values["color"] = shear_color(values["shear_angle_deg"])
     values["extent"] = extent(values["points"])
+    values["normals"] = ply_normals(values["points"], mesh.triangles)
     return values

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
 
 from warpdrape.errors import InputError, said
+from warpdrape.results.shading import ply_normals, tool_normals
 
 COLOR_RANGE_DEG = 60.0
 """Shear angle at the bright end of ``displayColor`` [deg]; the dark end is 0."""
@@ -131,25 +132,45 @@ def extent(points: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([columns.min(axis=1), columns.max(axis=1)])
 
 
-def to_usd(values: NDArray[np.float32]) -> Vt.FloatArray | Vt.Vec3fArray:
+def to_usd(values: NDArray) -> Vt.FloatArray | Vt.IntArray | Vt.Vec3fArray:
     """Return ``values`` of shape (n,) or (n, 3) as the array that USD stores."""
-    array = Vt.FloatArray if values.ndim == 1 else Vt.Vec3fArray
+    flat = Vt.IntArray if values.dtype.kind == "i" else Vt.FloatArray
+    array = flat if values.ndim == 1 else Vt.Vec3fArray
     return array.FromNumpy(np.ascontiguousarray(values))
 
 
-def set_up_stage(stage: Usd.Stage, frames_per_second: float) -> None:
-    """Author units, axis, frame rate, and the prims that hold everything else."""
+def set_up_stage(
+    stage: Usd.Stage, frames_per_second: float, about: Mapping[str, str] | None = None
+) -> None:
+    """Author units, axis, frame rate, what made it, and the prims that hold everything else.
+
+    Args:
+        stage: the stage, empty.
+        frames_per_second: that a viewer plays.
+        about: what the layer says of where it comes from, such as program and scene.
+    """
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     stage.SetTimeCodesPerSecond(frames_per_second)
     stage.SetFramesPerSecond(frames_per_second)
+    stage.GetRootLayer().customLayerData = {**(about or {}), "units": _units()}
     world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
     stage.SetDefaultPrim(world)
     time = world.CreateAttribute(TIME_ATTRIBUTE, Sdf.ValueTypeNames.Double, custom=True)
     time.SetDocumentation("simulated time of the frame [s]")
+    Usd.ModelAPI(world).SetKind(Kind.Tokens.assembly)
     for folder in ("plies", "tools"):
-        UsdGeom.Xform.Define(stage, f"/World/{folder}")
+        group = UsdGeom.Xform.Define(stage, f"/World/{folder}").GetPrim()
+        Usd.ModelAPI(group).SetKind(Kind.Tokens.group)
     UsdGeom.Scope.Define(stage, "/World/materials")
+
+
+def _units() -> dict[str, str]:
+    """Units of what the file holds, by the names that it has there."""
+    units = {"points": "m", "restPoints": "m", TIME_ATTRIBUTE: "s"}
+    for name, _, text in (TRIANGLE_PRIMVARS | VERTEX_PRIMVARS).values():
+        units[name] = text.partition(" [")[2].rstrip("]") or "1"
+    return units
 
 
 def define_materials(stage: Usd.Stage) -> tuple[UsdShade.Material, UsdShade.Material]:
@@ -191,6 +212,7 @@ def _define_mesh(
     usd_mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(counts))
     usd_mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.triangles.ravel()))
     UsdShade.MaterialBindingAPI.Apply(usd_mesh.GetPrim()).Bind(material)
+    Usd.ModelAPI(usd_mesh.GetPrim()).SetKind(Kind.Tokens.component)
     return usd_mesh
 
 
@@ -209,7 +231,15 @@ def define_ply(
     )
     rest.Set(to_usd(mesh.points))
     rest.GetAttr().SetDocumentation("the flat blank [m]")
-    attributes = {"points": usd_mesh.CreatePointsAttr(), "extent": usd_mesh.CreateExtentAttr()}
+    attributes = {
+        "points": usd_mesh.CreatePointsAttr(),
+        "extent": usd_mesh.CreateExtentAttr(),
+        "normals": usd_mesh.CreateNormalsAttr(),
+    }
+    usd_mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    attributes["points"].Set(to_usd(mesh.points))  # outside the frames it lies flat
+    attributes["extent"].Set(to_usd(extent(mesh.points)))
+    attributes["normals"].Set(to_usd(ply_normals(mesh.points, mesh.triangles)))
     for key, (name, kind, text) in _for_each_triangle(in_triangles).items():
         attribute = primvars.CreatePrimvar(name, kind, UsdGeom.Tokens.uniform).GetAttr()
         attribute.SetDocumentation(text)
@@ -235,6 +265,14 @@ def define_tool(stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material) -
     usd_mesh = _define_mesh(stage, "tools", mesh, material)
     usd_mesh.CreatePointsAttr(to_usd(mesh.points))
     usd_mesh.CreateExtentAttr(to_usd(extent(mesh.points)))
+    values, which = np.unique(
+        tool_normals(mesh.points, mesh.triangles), axis=0, return_inverse=True
+    )
+    normals = UsdGeom.PrimvarsAPI(usd_mesh).CreatePrimvar(
+        "normals", Sdf.ValueTypeNames.Normal3fArray, UsdGeom.Tokens.faceVarying
+    )
+    normals.Set(to_usd(values))
+    normals.SetIndices(to_usd(which.ravel().astype(np.int32)))
     usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_COLOR])
     usd_mesh.CreateDisplayOpacityPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_OPACITY])
     return usd_mesh.AddTranslateOp().GetAttr().GetPath()
