@@ -129,7 +129,7 @@ class Browser:
         options = {}
         if element:
             box = self.value(
-                f"(({{x, y, width, height}}) => ({{x: x + scrollX, y: y + scrollY, width, height}}))"
+                f"(b => ({{x: b.x + scrollX, y: b.y + scrollY, width: b.width, height: b.height}}))"
                 f"(document.querySelector({element!r}).getBoundingClientRect())"
             )
             options["clip"] = {**box, "scale": 1}

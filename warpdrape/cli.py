@@ -180,6 +180,16 @@ def _judge(arguments: argparse.Namespace) -> int:
     return UNFIT if faults else DONE
 
 
+def _report(arguments: argparse.Namespace) -> int:
+    from warpdrape.report.report import write_report
+
+    frames = arguments.frames
+    if frames is not None:
+        frames = whole("--frames", frames, least=1)
+    print(write_report(arguments.runs, arguments.out, frames=frames))
+    return DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -220,6 +230,7 @@ _COMMANDS = {
     "picture": _picture,
     "export": _export,
     "judge": _judge,
+    "report": _report,
     "verify": _verify,
     "info": _info,
 }

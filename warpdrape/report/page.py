@@ -88,7 +88,8 @@ def page(
         ],
         "\n",
     )
-    return f'<!doctype html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
+    start = '<!doctype html>\n<html lang="en">'
+    return f"{start}\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n"
 
 
 def _head(title: str, lines: Sequence[Html], sections: Sequence[tuple[str, str, Html]]) -> Html:

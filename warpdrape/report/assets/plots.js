@@ -92,6 +92,7 @@ class Plots {
     if (x < left || x > left + width) return;
     plot.ctx.save();
     plot.ctx.strokeStyle = ink;
+    plot.ctx.setLineDash([]); // uPlot leaves that of the last curve
     plot.ctx.globalAlpha = 0.6;
     plot.ctx.beginPath();
     plot.ctx.moveTo(x, top);

@@ -1,7 +1,7 @@
 // A ply in the 3-D view: its shape at a frame, its colours, and some of its yarns as lines.
 "use strict";
 
-const YARN_COLOURS = [0x111111, 0xffffff]; // of warp and weft
+const YARN_COLOURS = [0x111111, 0xe6007e]; // of warp and weft: on both scales, light and dark
 const YARN_WIDTH = 1.2; // pixels
 
 class PlyView {

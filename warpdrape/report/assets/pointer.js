@@ -40,5 +40,20 @@ function measured(report, { number, ply, triangle, second, third }) {
     const value = ply.valueIn(field.name, triangle, second, third);
     rows.push([`${field.title}: ${said(value, field.unit)}`, field === report.field]);
   }
+  if (report.mode !== OWN && number > 0) rows.push([differenceWords(report, ply, triangle), true]);
   return rows;
+}
+
+// How a triangle differs from the first run; at vertices it is the mean of its corners.
+function differenceWords(report, ply, triangle) {
+  const moved = report.mode === MOVED;
+  const field = moved ? { name: MOVED } : report.field;
+  const packed = ply.packed.fields[report.field.name];
+  if (!moved && !packed) return "difference: no value";
+  const shown = (value) => (report.field.signed ? value : Math.abs(value));
+  const corners = ply.corners.subarray(3 * triangle, 3 * triangle + 3);
+  const parts = moved || packed.atVertices ? [...corners] : [triangle];
+  const sum = parts.reduce((total, part) => total + differenceAt(ply, field, part, shown), 0);
+  const words = moved ? "way from the place there" : "difference";
+  return `${words}: ${said(sum / parts.length, moved ? "mm" : report.field.unit)}`;
 }
