@@ -7,6 +7,7 @@ from warpdrape.results import picture
 from warpdrape.results.picture import draw_ply, draw_stack
 from warpdrape.results.quantities import QUANTITIES, rounded_up
 from warpdrape.results.usd_reader import PlyView, read_scene
+from warpdrape.results.yarn_lines import on_blank, round_spacing
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +89,7 @@ def test_flat_colours_are_those_of_the_scale(run):
 def test_yarn_lines_lie_along_the_yarns(angle):
     ply = view_of(angle, 1.0)
     t = np.radians(angle)
-    warp, weft = picture._on_blank(ply, ply.warp), picture._on_blank(ply, ply.weft)
+    warp, weft = (on_blank(ply.rest, ply.points, ply.triangles, d) for d in (ply.warp, ply.weft))
     np.testing.assert_allclose(warp, [np.cos(t), np.sin(t)], atol=1e-9)
     np.testing.assert_allclose(weft, [-np.sin(t), np.cos(t)], atol=1e-9)
     along = np.outer(np.linspace(0, 0.1, 9), warp)
@@ -108,9 +109,7 @@ def test_hanging_ply_is_turned_over():
 
 @pytest.mark.parametrize(("size", "expected"), [(0.3, 0.01), (0.5, 0.02), (3e-3, 1e-4)])
 def test_line_spacing_is_round(size, expected):
-    rest, triangles = blank(size=size)
-    ply = PlyView("a", rest, rest, triangles, rest, rest, rest[:, 0])
-    assert picture._line_spacing(ply) == pytest.approx(expected)
+    assert round_spacing(blank(size=size)[0]) == pytest.approx(expected)
 
 
 def test_stack_shows_every_ply(run):

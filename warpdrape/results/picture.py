@@ -16,6 +16,7 @@ from warpdrape.errors import InputError, positive
 from warpdrape.results.quantities import Quantity, quantity_named
 from warpdrape.results.raster import Camera, find_visible, vertex_normals
 from warpdrape.results.usd_reader import PlyView, SceneView, Surface, find_scene, read_scene
+from warpdrape.results.yarn_lines import on_blank, round_spacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -182,7 +183,7 @@ def _paint(
     bottom, highest = quantity.scale(np.concatenate([ply.values for ply in plies]))
     if top is not None:
         highest = positive("top", top, unit=quantity.unit)
-    return _Paint(quantity, bottom, highest, smooth, _line_spacing(plies[0]) if yarns else 0.0)
+    return _Paint(quantity, bottom, highest, smooth, round_spacing(plies[0].rest) if yarns else 0.0)
 
 
 def _note(scene: SceneView, paint: _Paint, camera: Camera) -> str:
@@ -206,13 +207,6 @@ def _hangs_down(ply: PlyView) -> bool:
     return bool(np.median(ply.points[:, 2]) - middle > 0.02 * reach.max())
 
 
-def _line_spacing(ply: PlyView) -> float:
-    """Return a round length that puts some 25 lines across the blank [m]."""
-    across = float((ply.rest.max(axis=0) - ply.rest.min(axis=0)).max()) / 25.0
-    power = 10.0 ** np.floor(np.log10(across))
-    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda s: abs(np.log(s * power / across))))
-
-
 def _render(
     ply: PlyView, tools: list[Surface], camera: Camera, paint: _Paint
 ) -> NDArray[np.float32]:
@@ -224,7 +218,7 @@ def _render(
     depth[seen.pixel] = seen.depth
     colors = paint.colors_at_corners(ply)
     normals = vertex_normals(ply.points, ply.triangles) @ camera.axes.T
-    along = [_on_blank(ply, directions) for directions in (ply.warp, ply.weft)]
+    along = [on_blank(ply.rest, ply.points, ply.triangles, ways) for ways in (ply.warp, ply.weft)]
     for part in seen.parts():
         corners = ply.triangles[part.triangle]
         color = part.blend(colors[part.triangle])
@@ -269,16 +263,6 @@ def _line_share(
         off = np.abs(across - np.round(across)) * spacing
         share = np.maximum(share, np.clip((0.045 * spacing - off) / pixel + 0.5, 0.0, 1.0))
     return share
-
-
-def _on_blank(ply: PlyView, directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the direction on the flat blank whose images are ``directions``, shape (2,)."""
-    a, b, c = np.moveaxis(ply.triangles, 1, 0)
-    now = np.stack([ply.points[b] - ply.points[a], ply.points[c] - ply.points[a]], axis=2)
-    flat = np.stack([ply.rest[b] - ply.rest[a], ply.rest[c] - ply.rest[a]], axis=2)[:, :2]
-    back = np.einsum("mij,mjk,mk->mi", flat, np.linalg.pinv(now), directions)
-    mean = (back / np.linalg.norm(back, axis=1, keepdims=True)).mean(axis=0)
-    return mean / np.linalg.norm(mean)
 
 
 def _lay_over(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 ABREAST = 25
 """About how many lines lie across a blank."""
 _ROUND = (1.0, 2.0, 5.0, 10.0)
+_DIGITS = 9  # of a distance in spacings: a vertex that close to a line lies on it
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,8 @@ def yarn_lines(
         spacing: [m].
     """
     flat = rest[:, :2] - rest[:, :2].mean(axis=0)
-    corners = (flat @ [-direction[1], direction[0]] / spacing)[triangles]
+    across = flat @ [-direction[1], direction[0]] / spacing
+    corners = np.round(across, _DIGITS)[triangles]
     first = np.ceil(corners.min(axis=1)).astype(np.int64)
     count = np.maximum(np.floor(corners.max(axis=1)).astype(np.int64) - first + 1, 0)
     of = np.repeat(np.arange(len(triangles)), count)
