@@ -7,8 +7,9 @@ from matplotlib.tri import Triangulation
 from scipy.spatial import Delaunay
 from synthetic_run import blank, frame_of, saddle
 
+from warpdrape.blanks.places import locate
 from warpdrape.report.packing import Blocks
-from warpdrape.report.rest_match import locate, match_plies
+from warpdrape.report.rest_match import match_plies
 from warpdrape.report.run_data import PlyFrames
 from warpdrape.results.tool_distance import ToolDistances
 from warpdrape.results.yarn_lines import on_blank, yarn_lines
