@@ -3,7 +3,7 @@ import pytest
 from synthetic_run import ANGLES_DEG, blank, frame_of, frames_at, saddle, write_run
 
 from warpdrape.errors import InputError
-from warpdrape.results import picture
+from warpdrape.results import picture, rendering
 from warpdrape.results.picture import draw_ply, draw_stack
 from warpdrape.results.quantities import QUANTITIES, rounded_up
 from warpdrape.results.usd_reader import PlyView, read_scene
@@ -66,6 +66,7 @@ def test_every_option_changes_the_picture(run, tmp_path):
         {"yarns": False},
         {"smooth": False},
         {"tools": True},
+        {"arrows": True},
     ]
     drawn = [pixels(draw_ply(run, out=tmp_path / "a.png", **o)) for o in options]
     for image, option in zip(drawn[1:], options[1:], strict=True):
@@ -76,7 +77,7 @@ def test_flat_colours_are_those_of_the_scale(run):
     from matplotlib import colormaps
 
     ply = view_of(0.0, 1.0)
-    paint = picture._paint(QUANTITIES["shear"], [ply], None, False, False)
+    paint = picture.paint_of(QUANTITIES["shear"], [ply], None, False, False)
     assert ply.values.max() <= paint.top < ply.values.max() + 5.0
     corners = paint.colors_at_corners(ply)
     np.testing.assert_array_equal(
@@ -93,8 +94,8 @@ def test_yarn_lines_lie_along_the_yarns(angle):
     np.testing.assert_allclose(warp, [np.cos(t), np.sin(t)], atol=1e-9)
     np.testing.assert_allclose(weft, [-np.sin(t), np.cos(t)], atol=1e-9)
     along = np.outer(np.linspace(0, 0.1, 9), warp)
-    on = picture._line_share(along + 0.01 * weft, [warp], 0.01, 1e-5)
-    off = picture._line_share(along + 0.015 * weft, [warp], 0.01, 1e-5)
+    on = rendering._line_share(along + 0.01 * weft, [warp], 0.01, 1e-5)
+    off = rendering._line_share(along + 0.015 * weft, [warp], 0.01, 1e-5)
     assert on.min() == 1.0 and off.max() == 0.0
 
 
@@ -104,7 +105,7 @@ def test_hanging_ply_is_turned_over():
     for z, expected in ((1.0, True), (-1.0, False), (0.0, False)):
         f = frame_of(rest, triangles, bowl * [1.0, 1.0, z], 0.0)
         ply = PlyView("a", f.points, rest, triangles, f.warp, f.weft, f.shear_angle_deg)
-        assert picture._hangs_down(ply) is expected
+        assert picture.hangs_down(ply) is expected
 
 
 @pytest.mark.parametrize(("size", "expected"), [(0.3, 0.01), (0.5, 0.02), (3e-3, 1e-4)])

@@ -155,14 +155,20 @@ def _add_picture(commands: Any) -> None:
         metavar="FIELD",
         default="shear",
         help="shear if not given; warp- or weft-strain, -tension, -curvature; slip, "
-        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle",
+        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle, tool-distance",
     )
     picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
-    picture.add_argument(
-        "--frame", metavar="K", default="-1", help="which frame; -1, the last one, if not given"
-    )
+    picture.add_argument("--frame", metavar="K", help="which frame; -1, the last one, if not given")
     picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
-    picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+    picture.add_argument(
+        "--arrows", action="store_true", help="arrows along warp and weft in place of lines"
+    )
+    picture.add_argument(
+        "--video", action="store_true", help="draw all frames, as a .mp4 or, with --out, a .gif"
+    )
+    picture.add_argument(
+        "--out", metavar="FILE", help="the .png or .pdf, .mp4 or .gif; in RUN if not given"
+    )
 
 
 def _add_judge(commands: Any) -> None:

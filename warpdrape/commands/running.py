@@ -54,6 +54,8 @@ def resume(arguments: argparse.Namespace) -> Result | None:
     if extension is None and complete(folder):
         with closing(RunFolder.of_run(folder)) as left:  # by a run that was killed at its very end
             left.take()
+        if arguments.report:
+            _write_report(folder)
         return None
     with interrupt_kept():
         script = scene_of(folder, run, arguments.scene)
