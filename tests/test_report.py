@@ -5,8 +5,10 @@ import hashlib
 import json
 import re
 import shutil
+import tomllib
 import zlib
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -297,6 +299,11 @@ def test_what_cannot_be_reported_is_refused_in_a_sentence(pressed, copy, tmp_pat
     refuse("is given twice", [copy, copy], tmp_path / "b.html")
     refuse("7 runs: a report takes 1 to 6", [copy] * 7)
     refuse("cannot be written", [copy], copy / "run.json" / "b.html")
+    whole = (copy / "summary.json").read_bytes()
+    for entry, value in (("plies", float("nan")), ("tools", 3), ("tools", None)):
+        change(copy / "summary.json", lambda d, e=entry, v=value: d[e][1].update(name=v))
+        refuse(rf"summary.json has no usable {entry}\[1\]: it is damaged", [copy])
+        (copy / "summary.json").write_bytes(whole)
     (copy / "run.json").write_text("[1]")
     refuse("run.json is no record of a run", [copy])
     (copy / "run.json").write_text("{")
@@ -333,3 +340,38 @@ def test_commands(pressed, copy, tmp_path, monkeypatch, capsys):
 def test_blocks_are_numbered_in_order():
     blocks = Blocks()
     assert [blocks.whole_numbers([1]), blocks.values([[1.0]], 0, 2), blocks.text(b"x")] == [0, 1, 2]
+
+
+def test_all_that_the_page_needs_is_packaged_with_its_licences():
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    patterns = project["package-data"]["warpdrape.report"]
+    folder = root / "warpdrape" / "report"
+    packaged = {path for pattern in patterns for path in folder.glob(pattern)}
+    wanted = {p for p in folder.rglob("*") if p.is_file() and p.suffix not in (".py", ".pyc")}
+    assert wanted == packaged and len(wanted) > 12
+    for name, holder in (("three", "three.js authors"), ("uplot", "Leon Sorokin")):
+        text = (folder / "vendor" / f"{name}.LICENSE").read_text("utf-8")
+        assert "Permission is hereby granted, free of charge" in text and holder in text
+    contributing = (root / "CONTRIBUTING.md").read_text("utf-8")
+    for name in ("three", "uplot"):
+        start = (folder / "vendor" / f"{name}.min.js").read_text("utf-8")[:120]
+        (version,) = re.findall(r"\d+\.\d+\.\d+", start)
+        assert version in contributing
+
+
+def test_a_coupon_shows_its_curve(copy):
+    from PIL import Image
+
+    Image.new("RGB", (3, 2)).save(copy / "coupon.png")
+    found = [a["src"] for tag, a in Page(write_report([copy])).tags if tag == "img"]
+    start = "data:image/png;base64,"
+    assert [base64.b64decode(src.removeprefix(start)) for src in found] == [
+        (copy / "coupon.png").read_bytes()
+    ]
+    (copy / "coupon.png").write_text("<svg onload=alert(1)>")
+    assert not any(tag == "img" for tag, _ in Page(write_report([copy])).tags)
+
+
+def test_licences_go_with_the_page(page):
+    assert page.text.count("Permission is hereby granted, free of charge") == 2

@@ -92,6 +92,13 @@ def page(
     return f"{start}\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n"
 
 
+def licences() -> Html:
+    """What of others the page holds, under which licences; their texts must go with it."""
+    words = "The page holds three.js and uPlot, and asks for nothing over the network; licences"
+    texts = (element("pre", _file("vendor", f"{name}.LICENSE")) for name in ("three", "uplot"))
+    return element("details", element("summary", words), *texts)
+
+
 def _head(title: str, lines: Sequence[Html], sections: Sequence[tuple[str, str, Html]]) -> Html:
     places = [("view-section", "3-D view"), ("curves", "Over time")]
     places += [(name, heading) for name, heading, _ in sections]

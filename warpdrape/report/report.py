@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import time
 from collections.abc import Sequence
@@ -15,14 +16,14 @@ from warpdrape.errors import InputError, RunFailed
 from warpdrape.report.curves import curves
 from warpdrape.report.markup import Html, element, joined
 from warpdrape.report.packing import Blocks
-from warpdrape.report.page import page
+from warpdrape.report.page import licences, page
 from warpdrape.report.record import FILES, differing, digests, read_record, record_section
 from warpdrape.report.rest_match import match_plies
 from warpdrape.report.run_data import PlyFrames, RunFrames, pack_run, read_frames
 from warpdrape.report.words import result_section, side_by_side, verdict_words
 from warpdrape.results.quantities import QUANTITIES
 from warpdrape.results.read_run import RunReader
-from warpdrape.results.run_folder import REPORT, SCENE, write_whole
+from warpdrape.results.run_folder import COUPON_PLOT, REPORT, SCENE, write_whole
 from warpdrape.results.run_record import versions
 
 COMPARISON = "comparison.html"
@@ -31,6 +32,8 @@ MOST_RUNS = 6
 """Runs of one report: more are too small to be seen beside each other."""
 COLOURS = 256
 """Colours of a scale."""
+PNG = b"\x89PNG\r\n\x1a\n"
+"""How a picture of that kind begins."""
 _SCALES = {"plain": "viridis", "difference": "RdBu_r"}
 _MOVES = 1e-5
 """Way from which on a tool counts as moving [m]."""
@@ -129,7 +132,7 @@ def _text(runs: Sequence[_Run]) -> str:
             entry["matches"] = match_plies(run.frames.plies, runs[0].frames.plies, blocks)
         told.append(entry)
     sections = [_results(runs), _made(runs, blocks)]
-    sections.append(("about", "About this file", _about(runs, blocks)))
+    sections.append(("about", "About this file", _about(runs)))
     data = {"runs": told, "fields": _fields(runs), "colours": _colours()}
     return page(_title(runs), _lines(runs), sections, data, blocks.texts)
 
@@ -194,11 +197,22 @@ def _colours() -> dict[str, list[str]]:
 
 def _results(runs: Sequence[_Run]) -> tuple[str, str, Html]:
     if len(runs) == 1:
-        return "result", "Result", result_section(runs[0].reader.summary)
+        return "result", "Result", _result(runs[0])
     names = [run.name for run in runs]
     whole = side_by_side(names, [run.reader.summary for run in runs])
-    each = [_folded(run.name, result_section(run.reader.summary)) for run in runs]
+    each = [_folded(run.name, _result(run)) for run in runs]
     return "result", "Results", joined([whole, *each])
+
+
+def _result(run: _Run) -> Html:
+    """The result of a run in words; of a coupon test its curve too."""
+    words, path = result_section(run.reader.summary), run.folder / COUPON_PLOT
+    picture = path.read_bytes() if path.is_file() else b""
+    if not picture.startswith(PNG):
+        return words
+    source = f"data:image/png;base64,{base64.b64encode(picture).decode('ascii')}"
+    image = Html(f'<img src="{source}" alt="curve of the coupon beside its closed form">')
+    return joined([words, element("h3", "The coupon's curve"), element("p", image)])
 
 
 def _made(runs: Sequence[_Run], blocks: Blocks) -> tuple[str, str, Html]:
@@ -232,7 +246,7 @@ def _savers(run: _Run, blocks: Blocks) -> Html:
     return element("p", "This page holds the tables and records of the folder: ", *buttons)
 
 
-def _about(runs: Sequence[_Run], blocks: Blocks) -> Html:
+def _about(runs: Sequence[_Run]) -> Html:
     lines = [_frames_words(run, several=len(runs) > 1) for run in runs]
     lines.append(
         "Fields are kept in 16 bits each: off by at most 1/131,068 of the way from the least to "
@@ -257,10 +271,7 @@ def _about(runs: Sequence[_Run], blocks: Blocks) -> Html:
         )
     made = ", ".join(f"{name} {version}" for name, version in versions().items())
     lines.append(f"Made on {time.strftime('%Y-%m-%d %H:%M %z')} with {made}.")
-    lines.append(
-        "It holds three.js and uPlot (both MIT licence), and asks for nothing over the network."
-    )
-    return element("ul", *(element("li", line) for line in lines))
+    return joined([element("ul", *(element("li", line) for line in lines)), licences()])
 
 
 def _frames_words(run: _Run, *, several: bool) -> str:
