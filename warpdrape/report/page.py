@@ -139,7 +139,7 @@ here: open the file in another one.</p>
 <label><input type="checkbox" id="yarns" checked> Yarns: warp <span class="key warp"></span> weft \
 <span class="key weft"></span></label>
 <label>Look from <select id="look"></select></label>
-<label>Lift plies apart <input type="range" id="spread" min="0" max="60" value="0"></label>
+<label>Lift plies apart <input type="range" id="spread" min="0" max="100" value="0"></label>
 <label>Cut across <select id="cut-axis"><option value="">nothing</option><option value="0">x\
 </option><option value="1">y</option><option value="2">z</option></select></label>
 <input type="range" id="cut-place" min="0" max="500" value="250" aria-label="place of the cut">

@@ -3,6 +3,7 @@
 
 const OWN = "own"; // what is shown: each run's own values; else a difference from the first run
 const DIFFERENCE = "difference";
+const MOST_SPREAD = 0.15; // of the size of all that is seen, between two plies
 const PLAY_EVERY = 90; // milliseconds a frame
 const LOOKS = {
   oblique: [ELEVATION_DEG, AZIMUTH_DEG],
@@ -184,7 +185,9 @@ class Report {
       stage.draw();
     });
     on(byId("spread"), "input", (event) => {
-      for (const view of stage.views) view.spread(event.target.value / 1e3);
+      const size = stage.box.getSize(new THREE.Vector3()).length();
+      const gap = (event.target.value / event.target.max) * MOST_SPREAD * size;
+      for (const view of stage.views) view.spread(gap);
       this.paint();
     });
     this._cutControls();
