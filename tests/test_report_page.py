@@ -126,27 +126,26 @@ def projected(browser, place):
     return np.array([left + (x / w + 1) / 2 * width, top + (1 - y / w) / 2 * height])
 
 
-@pytest.mark.parametrize(
-    ("field", "values"),
-    [
-        ("shear", lambda ply: np.repeat(np.abs(ply.shear_angle_deg), 3)),
-        ("weft-tension", lambda ply: np.repeat(1e-3 * ply.line_tension[:, 1], 3)),
-        ("slip", lambda ply: 1e3 * np.linalg.norm(ply.slip, axis=1)[ply.triangles].ravel()),
-    ],
-)
-def test_colours_are_those_of_the_values(page, pressed, field, values):
-    choose(page, "field", field)
-    page.until(f"window.report.field.name === {field!r}")
-    low, high = page.value(f"window.report.scales[{field!r}]")
-    for k, ply in enumerate(pressed[0].plies):
-        uv = page.value(f"[...{VIEWS}[0].plies[{k}].mesh.geometry.attributes.uv.array]")
-        across, row = np.reshape(uv, (-1, 2)).T
-        np.testing.assert_allclose(row, 0.125)  # the first of four rows of colours
-        share = np.clip((values(ply) - low) / (high - low), 0.0, 1.0)
-        np.testing.assert_allclose(across, (0.5 + 255 * share) / 256, atol=2e-4)
-    legend = page.value("document.querySelector('#legend .title').textContent")
-    unit = {"shear": "°", "weft-tension": "N/mm", "slip": "mm"}[field]
-    assert legend.endswith(f"[{unit}]")
+SHOWN = {  # field → unit, and its values at the corners of the triangles
+    "shear": ("°", lambda ply: np.repeat(np.abs(ply.shear_angle_deg), 3)),
+    "weft-tension": ("N/mm", lambda ply: np.repeat(1e-3 * ply.line_tension[:, 1], 3)),
+    "slip": ("mm", lambda ply: 1e3 * np.linalg.norm(ply.slip, axis=1)[ply.triangles].ravel()),
+}
+
+
+def test_colours_are_those_of_the_values(page, pressed):
+    for field, (unit, values) in SHOWN.items():
+        choose(page, "field", field)
+        page.until(f"window.report.field.name === {field!r}")
+        low, high = page.value(f"window.report.scales[{field!r}]")
+        for k, ply in enumerate(pressed[0].plies):
+            uv = page.value(f"[...{VIEWS}[0].plies[{k}].mesh.geometry.attributes.uv.array]")
+            across, row = np.reshape(uv, (-1, 2)).T
+            np.testing.assert_allclose(row, 0.125)  # the first of four rows of colours
+            share = np.clip((values(ply) - low) / (high - low), 0.0, 1.0)
+            np.testing.assert_allclose(across, (0.5 + 255 * share) / 256, atol=2e-4)
+        legend = page.value("document.querySelector('#legend .title').textContent")
+        assert legend.endswith(f"[{unit}]")
 
 
 def test_a_plane_cuts_and_switches_switch(page):

@@ -25,6 +25,7 @@ _SCRIPTS = (
     "difference.js",
     "plots.js",
     "pointer.js",
+    "controls.js",
     "main.js",
 )
 """In the order in which they need each other."""
@@ -49,47 +50,44 @@ def page(
     """
     scripts = [_file("vendor", name) for name in _VENDOR_SCRIPTS]
     scripts.append("\n".join(_file("assets", name) for name in _SCRIPTS))
-    styles = ["\n".join(_file(*style) for style in _STYLES)]
-    policy = "; ".join(
-        (
-            "default-src 'none'",
-            f"script-src {_allowed(scripts)}",
-            f"style-src {_allowed(styles)}",
-            "img-src data: blob:",
-            "base-uri 'none'",
-            "form-action 'none'",
-        )
+    style = "\n".join(_file(*style) for style in _STYLES)
+    content = [
+        element("section", element("h2", heading), inside, id=name)
+        for name, heading, inside in sections
+    ]
+    numbers = (
+        Html(f'<script type="text/plain" id="block-{k}">{text}</script>')
+        for k, text in enumerate(blocks)
     )
-    head = joined(
-        [
-            Html('<meta charset="utf-8">'),
-            Html(f'<meta http-equiv="Content-Security-Policy" content="{policy}">'),
-            Html('<meta name="viewport" content="width=device-width, initial-scale=1">'),
-            element("title", title),
-            *(Html(f"<style>{style}</style>") for style in styles),
-        ],
-        "\n",
+    parts = [
+        Html('<!doctype html>\n<html lang="en">\n<head>'),
+        Html(_META),
+        _policy(scripts, style),
+        element("title", title),
+        Html(f"<style>{style}</style>\n</head>\n<body>"),
+        _head(title, lines, sections),
+        Html(_VIEW),
+        element("section", element("h2", "Over time"), Html(_PLOTS), id="curves"),
+        *content,
+        json_block("data", data),
+        *numbers,
+        *(Html(f"<script>{script}</script>") for script in scripts),
+        Html("</body>\n</html>\n"),
+    ]
+    return joined(parts, "\n")
+
+
+def _policy(scripts: Sequence[str], style: str) -> Html:
+    """What the page may do: run its own scripts, and nothing else."""
+    rules = (
+        "default-src 'none'",
+        f"script-src {_allowed(scripts)}",
+        f"style-src {_allowed([style])}",
+        "img-src data: blob:",
+        "base-uri 'none'",
+        "form-action 'none'",
     )
-    body = joined(
-        [
-            _head(title, lines, sections),
-            Html(_VIEW),
-            element("section", element("h2", "Over time"), Html(_PLOTS), id="curves"),
-            *(
-                element("section", element("h2", heading), content, id=name)
-                for name, heading, content in sections
-            ),
-            json_block("data", data),
-            *(
-                Html(f'<script type="text/plain" id="block-{k}">{text}</script>')
-                for k, text in enumerate(blocks)
-            ),
-            *(Html(f"<script>{script}</script>") for script in scripts),
-        ],
-        "\n",
-    )
-    start = '<!doctype html>\n<html lang="en">'
-    return f"{start}\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+    return Html(f'<meta http-equiv="Content-Security-Policy" content="{"; ".join(rules)}">')
 
 
 def licences() -> Html:
@@ -117,6 +115,8 @@ def _file(folder: str, name: str) -> str:
     return path.read_text(encoding="utf-8")
 
 
+_META = """<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">"""
 _LEGEND = (
     '<span class="title"></span><canvas class="bar" aria-hidden="true"></canvas>'
     '<div class="ticks"><span></span><span></span><span></span><span></span><span></span></div>'

@@ -1,8 +1,8 @@
 """How far a formed ply is from the tools, worked out from a run's own meshes.
 
 The distance is that of a vertex, which lies in the middle of the ply's thickness, from the nearest
-facet of any tool as the run folder has it; on a rounded edge facets lie inside the tool by
-h²/(8 r), h their length and r the radius.
+facet of any tool as the run folder has it; facets of length h lie off a rounding of radius r by up
+to h²/(8 r).
 """
 
 from __future__ import annotations

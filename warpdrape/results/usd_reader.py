@@ -124,14 +124,14 @@ class _Reader:
             one_of("ply", name, self._plies)
         first = next(iter(self._plies.values()))
         times = UsdGeom.Mesh(first).GetPointsAttr().GetTimeSamples()
+        if not times:
+            raise InputError(f"{self._path} has no frames: the run stopped before the first")
         wanted = range(len(times)) if frames is None else frames
-        for frame in wanted if times else (0,):
+        for frame in wanted:
             if not -len(times) <= frame < len(times):
+                last = len(times) - 1
                 raise InputError(
-                    f"frame = {frame} is out of range: {self._path} has frames 0 to "
-                    f"{len(times) - 1}"
-                    if times
-                    else f"{self._path} has no frames: the run stopped before the first"
+                    f"frame = {frame} is out of range: {self._path} has frames 0 to {last}"
                 )
         chosen = [self._plies[name] for name in names or self._plies]
         return [self._moment(chosen, Usd.TimeCode(times[frame])) for frame in wanted]

@@ -60,8 +60,6 @@ def draw_video(
     if out is not None and Path(out).suffix.lower() not in _WRITERS:
         raise InputError(f"out = {out} must end in .mp4 or .gif")
     moments = read_moments(scene_path, [ply] if ply else None, None, quantity)
-    if not moments:
-        raise InputError(f"{scene_path} has no frames: the run stopped before the first")
     middle = len(moments[0].plies) // 2
     shown = slice(None) if stack else slice(middle, middle + 1)
     name = "stack" if stack else moments[0].plies[middle].name

@@ -40,8 +40,8 @@ class Report {
     for (const view of views) await view.setShare(this.share);
     this.stage = new Stage(byId("canvas"), views);
     this.field = this.data.fields[0];
-    this._controls();
-    await this._loadField();
+    addControls(this);
+    await this.loadField();
     await this.setShare(this.share);
     byId("view").dataset.ready = "yes";
     for (const field of this.data.fields) await this._load(field); // for what the pointer tells
@@ -62,10 +62,10 @@ class Report {
     }
   }
 
-  async _loadField() {
+  async loadField() {
     await this._load(this.field);
     if (this.mode !== OWN) await this._findDifferenceScale();
-    this._showScale();
+    this.showScale();
   }
 
   // Go to the frame nearest to a time of the first run [ms].
@@ -145,7 +145,7 @@ class Report {
     this.differenceScale = this.mode === MOVED ? [0, top] : [-top, top];
   }
 
-  _showScale() {
+  showScale() {
     const { title, unit, name } = this.field;
     const scale = this.scales[name];
     drawLegend(byId("legend"), this.data.colours.plain, scale, title, unit);
@@ -161,113 +161,7 @@ class Report {
     drawLegend(apart, colours, this.differenceScale, words, moved ? "mm" : unit);
   }
 
-  _controls() {
-    const { stage, data } = this;
-    const slider = byId("time");
-    slider.max = Math.max(...data.runs.map((run) => run.frames.length - 1), 1);
-    on(slider, "input", () => this.setShare(slider.value / slider.max));
-    on(byId("play"), "click", () => this._play());
-    fill(byId("field"), data.fields.map((field) => [field.name, field.title]));
-    on(byId("field"), "change", async (event) => {
-      this.field = data.fields.find((field) => field.name === event.target.value);
-      await this._loadField();
-      this.paint();
-    });
-    if (data.runs.length > 1) this._modes();
-    fill(byId("look"), Object.keys(LOOKS).map((name) => [name, name]));
-    on(byId("look"), "change", (event) => stage.look(...LOOKS[event.target.value]));
-    this._switches("plies", (view) => view.plies);
-    this._switches("tools", (view) => view.tools);
-    on(byId("yarns"), "change", (event) => {
-      for (const view of stage.views) {
-        for (const ply of view.plies) ply.yarnGroup.visible = event.target.checked;
-      }
-      stage.draw();
-    });
-    on(byId("spread"), "input", (event) => {
-      const size = stage.box.getSize(new THREE.Vector3()).length();
-      const gap = (event.target.value / event.target.max) * MOST_SPREAD * size;
-      for (const view of stage.views) view.spread(gap);
-      this.paint();
-    });
-    this._cutControls();
-    for (const id of ["low", "high"]) on(byId(id), "change", () => this._readScale());
-    on(byId("save"), "click", () => this._savePicture());
-    tellValues(this);
-    new ResizeObserver(() => this._placeNames()).observe(byId("canvas"));
-  }
-
-  _modes() {
-    const first = this.data.runs[0].name;
-    byId("mode-label").hidden = false;
-    fill(byId("mode"), [
-      [OWN, "each run's own values"],
-      [DIFFERENCE, `difference from ${first}`],
-      [MOVED, `way from the place in ${first}`],
-    ]);
-    on(byId("mode"), "change", async (event) => {
-      this.mode = event.target.value;
-      await this._loadField();
-      this.paint();
-    });
-  }
-
-  // A switch for each ply, or tool, of one name.
-  _switches(id, bodiesOf) {
-    const names = [...new Set(this.stage.views.flatMap((v) => bodiesOf(v).map((b) => b.name)))];
-    const place = byId(id);
-    place.hidden = !names.length;
-    for (const name of names) {
-      const label = document.createElement("label");
-      const box = document.createElement("input");
-      box.type = "checkbox";
-      box.checked = true;
-      label.append(box, ` ${name}`);
-      place.append(label);
-      on(box, "change", () => {
-        for (const view of this.stage.views) {
-          for (const body of bodiesOf(view)) {
-            if (body.name === name) body.group.visible = box.checked;
-          }
-        }
-        this.stage.draw();
-      });
-    }
-  }
-
-  _cutControls() {
-    const { stage } = this;
-    const [axis, place, other] = ["cut-axis", "cut-place", "cut-other"].map(byId);
-    const { min, max } = stage.box;
-    const read = () => {
-      const chosen = axis.value === "" ? null : Number(axis.value);
-      place.disabled = other.disabled = chosen === null;
-      if (chosen !== null) {
-        const [low, high] = [min.getComponent(chosen), max.getComponent(chosen)];
-        const at = low + (place.value / place.max) * (high - low);
-        stage.cut.set(chosen, at, other.checked ? -1 : 1);
-        byId("cut-words").textContent = said(1e3 * at, "mm");
-      } else {
-        stage.cut.set(null);
-        byId("cut-words").textContent = "";
-      }
-      stage.cut.apply(stage.views);
-      stage.draw();
-    };
-    for (const each of [axis, place, other]) on(each, "input", read);
-    read();
-  }
-
-  _readScale() {
-    const [low, high] = [byId("low").valueAsNumber, byId("high").valueAsNumber];
-    if (Number.isFinite(low) && Number.isFinite(high) && low < high) {
-      this.scales[this.field.name] = [low, high];
-    }
-    this._showScale();
-    this.paint();
-  }
-
-  _play() {
+  play() {
     const [button, slider] = [byId("play"), byId("time")];
     if (this.playing) return this._pause();
     button.textContent = "Pause";
@@ -286,7 +180,7 @@ class Report {
     byId("play").textContent = "Play";
   }
 
-  _placeNames() {
+  placeNames() {
     const place = byId("names");
     place.replaceChildren();
     if (this.data.runs.length < 2) return;
@@ -305,7 +199,7 @@ class Report {
     if (this.stage) this.stage.draw();
   }
 
-  _savePicture() {
+  savePicture() {
     this.stage.drawNow(); // what was drawn before may be gone from the canvas
     byId("canvas").toBlob((blob) => save(blob, "view.png"));
   }
