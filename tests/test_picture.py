@@ -3,10 +3,11 @@ import pytest
 from synthetic_run import ANGLES_DEG, blank, frame_of, frames_at, saddle, write_run
 
 from warpdrape.errors import InputError
-from warpdrape.results import picture
+from warpdrape.results import picture, rendering
 from warpdrape.results.picture import draw_ply, draw_stack
 from warpdrape.results.quantities import QUANTITIES, rounded_up
 from warpdrape.results.usd_reader import PlyView, read_scene
+from warpdrape.results.yarn_lines import on_blank, round_spacing
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +66,7 @@ def test_every_option_changes_the_picture(run, tmp_path):
         {"yarns": False},
         {"smooth": False},
         {"tools": True},
+        {"arrows": True},
     ]
     drawn = [pixels(draw_ply(run, out=tmp_path / "a.png", **o)) for o in options]
     for image, option in zip(drawn[1:], options[1:], strict=True):
@@ -75,7 +77,7 @@ def test_flat_colours_are_those_of_the_scale(run):
     from matplotlib import colormaps
 
     ply = view_of(0.0, 1.0)
-    paint = picture._paint(QUANTITIES["shear"], [ply], None, False, False)
+    paint = picture.paint_of(QUANTITIES["shear"], [ply], None, False, False)
     assert ply.values.max() <= paint.top < ply.values.max() + 5.0
     corners = paint.colors_at_corners(ply)
     np.testing.assert_array_equal(
@@ -88,12 +90,12 @@ def test_flat_colours_are_those_of_the_scale(run):
 def test_yarn_lines_lie_along_the_yarns(angle):
     ply = view_of(angle, 1.0)
     t = np.radians(angle)
-    warp, weft = picture._on_blank(ply, ply.warp), picture._on_blank(ply, ply.weft)
+    warp, weft = (on_blank(ply.rest, ply.points, ply.triangles, d) for d in (ply.warp, ply.weft))
     np.testing.assert_allclose(warp, [np.cos(t), np.sin(t)], atol=1e-9)
     np.testing.assert_allclose(weft, [-np.sin(t), np.cos(t)], atol=1e-9)
     along = np.outer(np.linspace(0, 0.1, 9), warp)
-    on = picture._line_share(along + 0.01 * weft, [warp], 0.01, 1e-5)
-    off = picture._line_share(along + 0.015 * weft, [warp], 0.01, 1e-5)
+    on = rendering._line_share(along + 0.01 * weft, [warp], 0.01, 1e-5)
+    off = rendering._line_share(along + 0.015 * weft, [warp], 0.01, 1e-5)
     assert on.min() == 1.0 and off.max() == 0.0
 
 
@@ -103,14 +105,12 @@ def test_hanging_ply_is_turned_over():
     for z, expected in ((1.0, True), (-1.0, False), (0.0, False)):
         f = frame_of(rest, triangles, bowl * [1.0, 1.0, z], 0.0)
         ply = PlyView("a", f.points, rest, triangles, f.warp, f.weft, f.shear_angle_deg)
-        assert picture._hangs_down(ply) is expected
+        assert picture.hangs_down(ply) is expected
 
 
 @pytest.mark.parametrize(("size", "expected"), [(0.3, 0.01), (0.5, 0.02), (3e-3, 1e-4)])
 def test_line_spacing_is_round(size, expected):
-    rest, triangles = blank(size=size)
-    ply = PlyView("a", rest, rest, triangles, rest, rest, rest[:, 0])
-    assert picture._line_spacing(ply) == pytest.approx(expected)
+    assert round_spacing(blank(size=size)[0]) == pytest.approx(expected)
 
 
 def test_stack_shows_every_ply(run):

@@ -37,6 +37,13 @@ def test_results_are_refused_unless_overwritten(tmp_path, name):
     assert names(tmp_path) == ["notes.txt"]
 
 
+def test_going_on_removes_what_told_of_the_end(tmp_path):
+    for name in ("summary.json", "report.html", "run.json"):
+        (tmp_path / name).write_text("old")
+    RunFolder.of_run(tmp_path).go_on()
+    assert names(tmp_path) == ["run.json"]
+
+
 def test_begin_removes_only_what_was_there_before(tmp_path):
     folder = RunFolder(tmp_path, overwrite=True)
     folder.write_json("run.json", {})

@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from warpdrape.commands.arguments import build_parser, whole
 
@@ -138,16 +138,30 @@ def _picture(arguments: argparse.Namespace) -> int:
     from warpdrape.errors import InputError
     from warpdrape.results.picture import draw_ply, draw_stack
 
-    frame = whole("--frame", arguments.frame)
-    options = {"frame": frame, "out": arguments.out, "tools": arguments.tools}
+    options = {"out": arguments.out, "tools": arguments.tools, "arrows": arguments.arrows}
     options |= {"field": arguments.field}
     if arguments.stack and arguments.ply is not None:
         raise InputError("give --ply NAME for one ply or --stack for all, not both")
+    if arguments.video:
+        print(_film(arguments, options))
+        return DONE
+    options["frame"] = whole("--frame", "-1" if arguments.frame is None else arguments.frame)
     if arguments.stack:
         print(draw_stack(arguments.run, **options))
     else:
         print(draw_ply(arguments.run, arguments.ply, **options))
     return DONE
+
+
+def _film(arguments: argparse.Namespace, options: dict[str, Any]) -> Path:
+    from warpdrape.errors import InputError
+    from warpdrape.results.video import draw_video
+
+    if arguments.frame is not None:
+        raise InputError("give --frame K for one moment or --video for all, not both")
+    if not arguments.quiet:
+        print("Drawing every frame: that takes a second or more for each.", file=sys.stderr)
+    return draw_video(arguments.run, arguments.ply, stack=arguments.stack, **options)
 
 
 def _export(arguments: argparse.Namespace) -> int:
@@ -180,6 +194,16 @@ def _judge(arguments: argparse.Namespace) -> int:
     out = folder / JUDGEMENT if arguments.out is None else Path(arguments.out)
     print(f"Marked in {draw_judgement(folder, summary, faults, out)}")
     return UNFIT if faults else DONE
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from warpdrape.report.report import write_report
+
+    frames = arguments.frames
+    if frames is not None:
+        frames = whole("--frames", frames, least=1)
+    print(write_report(arguments.runs, arguments.out, frames=frames))
+    return DONE
 
 
 def _verify(arguments: argparse.Namespace) -> int:
@@ -222,6 +246,7 @@ _COMMANDS = {
     "picture": _picture,
     "export": _export,
     "judge": _judge,
+    "report": _report,
     "verify": _verify,
     "info": _info,
 }

@@ -28,9 +28,9 @@ def brief(record: Any) -> str:
     Args:
         record: a dataclass.
     """
-    units = _units(type(record))
+    known = units(type(record))
     parts = [
-        f"{field.name} {value(getattr(record, field.name), units.get(field.name, ''))}"
+        f"{field.name} {value(getattr(record, field.name), known.get(field.name, ''))}"
         for field in dataclasses.fields(record)
         if field.name != "name" and not _is_default(record, field)
     ]
@@ -110,7 +110,7 @@ def _is_default(record: Any, field: dataclasses.Field) -> bool:
 
 
 @cache
-def _units(kind: type) -> dict[str, str]:
+def units(kind: type) -> dict[str, str]:
     """Units of a dataclass's entries, as its docstring has them in square brackets."""
     found = {}
     _, _, entries = inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")

@@ -42,6 +42,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_picture(commands)
     _add_export(commands)
     _add_judge(commands)
+    _add_report(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -113,6 +114,9 @@ def _add_how(command: argparse.ArgumentParser) -> None:
     """Options of whatever computes."""
     command.add_argument("--profile", action="store_true", help="show where the time went")
     command.add_argument(
+        "--report", action="store_true", help="write report.html too, as warpdrape report does"
+    )
+    command.add_argument(
         "--checkpoint",
         metavar="EVERY",
         default="auto",
@@ -151,14 +155,20 @@ def _add_picture(commands: Any) -> None:
         metavar="FIELD",
         default="shear",
         help="shear if not given; warp- or weft-strain, -tension, -curvature; slip, "
-        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle",
+        "contact-pressure, tool-pressure, thickness, fibre-volume, wrinkle, tool-distance",
     )
     picture.add_argument("--stack", action="store_true", help="draw all plies side by side")
-    picture.add_argument(
-        "--frame", metavar="K", default="-1", help="which frame; -1, the last one, if not given"
-    )
+    picture.add_argument("--frame", metavar="K", help="which frame; -1, the last one, if not given")
     picture.add_argument("--tools", action="store_true", help="draw the tools too, translucent")
-    picture.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+    picture.add_argument(
+        "--arrows", action="store_true", help="arrows along warp and weft in place of lines"
+    )
+    picture.add_argument(
+        "--video", action="store_true", help="draw all frames, as a .mp4 or, with --out, a .gif"
+    )
+    picture.add_argument(
+        "--out", metavar="FILE", help="the .png or .pdf, .mp4 or .gif; in RUN if not given"
+    )
 
 
 def _add_judge(commands: Any) -> None:
@@ -177,6 +187,29 @@ def _add_judge(commands: Any) -> None:
         "or failure",
     )
     judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _add_report(commands: Any) -> None:
+    report = _add(
+        commands,
+        "report",
+        "write a run, or several beside each other, as one HTML file",
+        "The file needs no network: 3-D view over time, curves, the result in words, and how the "
+        "run was made. Of several runs it shows differences from the first.",
+    )
+    report.add_argument("runs", metavar="RUN", nargs="+", help="the folder of a run")
+    report.add_argument(
+        "--out",
+        metavar="FILE",
+        help="the .html; if not given RUN/report.html, and for several runs comparison.html in the "
+        "current folder",
+    )
+    report.add_argument(
+        "--frames",
+        metavar="N",
+        help="frames of each run in the 3-D view at most; if not given, as many as keep the file "
+        "small",
+    )
 
 
 def _add_export(commands: Any) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,8 @@ def resume(arguments: argparse.Namespace) -> Result | None:
     if extension is None and complete(folder):
         with closing(RunFolder.of_run(folder)) as left:  # by a run that was killed at its very end
             left.take()
+        if arguments.report:
+            _write_report(folder)
         return None
     with interrupt_kept():
         script = scene_of(folder, run, arguments.scene)
@@ -88,8 +91,21 @@ def _compute(scene: Scene, arguments: argparse.Namespace, folder: Path, **option
         **options,
     )
     print(summary_text(result.summary, folder))
+    if arguments.report:
+        _write_report(folder)
     if arguments.profile:
         from warpdrape.dynamics.phases import phase_table
 
         print(f"\n{phase_table(result.summary['phases_s'])}")
     return result
+
+
+def _write_report(folder: Path) -> None:
+    """Write the run's report; what is wrong with it is a warning, as the run itself is safe."""
+    from warpdrape.errors import InputError
+    from warpdrape.report.report import write_report
+
+    try:
+        print(f"  {write_report([folder]).name:13} all of it as one page, for a browser")
+    except InputError as error:
+        warnings.warn(f"no report: {error}", stacklevel=2)

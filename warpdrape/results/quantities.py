@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from warpdrape.blanks.triangles import area_percentile
 from warpdrape.errors import one_of
+from warpdrape.results.tool_distance import TOOL_DISTANCE
 
 STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Leading digits at which a scale ends."""
@@ -36,9 +37,14 @@ class Quantity:
 
     def of(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values to show, of those in the file, scalars or vectors."""
+        values = self.with_sign(values)
+        return values if self.signed else np.abs(values)
+
+    def with_sign(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values in the unit shown, with their sign; of vectors their length."""
         if values.ndim == 2:
             values = np.linalg.norm(values, axis=1)
-        return self.factor * (values if self.signed else np.abs(values))
+        return self.factor * values
 
     def scale(self, values: NDArray[np.float64]) -> tuple[float, float]:
         """Ends of a colour scale for values to show."""
@@ -99,6 +105,7 @@ QUANTITIES = {
     "thickness": Quantity("thickness", "thickness", "mm", 1e3),
     "fibre-volume": Quantity("fibre volume fraction", "fibreVolumeFraction", "%", 100.0),
     "wrinkle": Quantity("wrinkle amplitude", "wrinkle", "mm", 1e3),
+    "tool-distance": Quantity("distance from the nearest tool", TOOL_DISTANCE, "mm", 1e3),
 }
 """By the name that a user gives."""
 

@@ -27,9 +27,10 @@ COUPON = "coupon.csv"
 COUPON_PLOT = "coupon.png"
 CHECKPOINT = "checkpoint.npz"
 JUDGEMENT = "judgement.png"
+REPORT = "report.html"
 EXPORTS = "export"
 """Folder in it that takes what is exported from the run where no other place is given."""
-RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT, JUDGEMENT)
+RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT, JUDGEMENT, REPORT)
 """Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
 
 
@@ -189,7 +190,7 @@ class RunFolder:
         Done again after a kill in the midst of it, it does the rest.
         """
         try:
-            for name in (SUMMARY, COUPON, COUPON_PLOT):
+            for name in (SUMMARY, COUPON, COUPON_PLOT, REPORT):
                 (self.path / name).unlink(missing_ok=True)
             for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT):
                 partial_path(self.path / name).unlink(missing_ok=True)

@@ -58,11 +58,14 @@ def read_summary(folder: Path) -> dict[str, Any]:
     if not isinstance(summary, dict):
         raise InputError(f"{path} is no summary of a run: {AGAIN}")
     odd = [name for name, kind in kinds.items() if not isinstance(summary.get(name), kind)]
-    odd += [
-        f"plies[{k}]"
-        for k, ply in enumerate(summary["plies"] if "plies" not in odd else ())
-        if not isinstance(ply, dict) or not {"name", "triangles"} <= set(ply)
-    ]
+    for entry, needed in (("plies", {"name", "triangles"}), ("tools", {"name"})):
+        odd += [
+            f"{entry}[{k}]"
+            for k, each in enumerate(summary[entry] if entry not in odd else ())
+            if not isinstance(each, dict)
+            or not needed <= set(each)
+            or not isinstance(each["name"], str)
+        ]
     if odd:
         raise InputError(f"{path} has no usable {', '.join(odd)}: it is damaged; {AGAIN}")
     return summary

@@ -65,12 +65,17 @@ def picture(result: Result, plies: Sequence[FormedPly], field: str, *, tools: bo
     from warpdrape.results.fields import fields_of
     from warpdrape.results.picture import draw_views
     from warpdrape.results.quantities import quantity_named
+    from warpdrape.results.tool_distance import TOOL_DISTANCE, ToolDistances
     from warpdrape.results.usd_reader import PlyView, SceneView
 
     quantity = quantity_named(field)
+    surfaces = [(tool.vertices, np.asarray(tool.triangles, np.int64)) for tool in result.tools]
     views = []
     for ply in plies:
         values = {of.primvar: array for of, array in fields_of(ply).items()}
+        if quantity.primvar == TOOL_DISTANCE and surfaces:
+            placed = [vertices for vertices, _ in surfaces]
+            values[TOOL_DISTANCE] = ToolDistances(surfaces).of(ply.points, placed)
         if quantity.primvar not in values:
             raise InputError(f"ply {ply.name!r} has no {quantity.title} in this run")
         shown = quantity.of(values[quantity.primvar])
@@ -78,7 +83,6 @@ def picture(result: Result, plies: Sequence[FormedPly], field: str, *, tools: bo
         views.append(
             PlyView(ply.name, ply.points, ply.rest_points, triangles, ply.warp, ply.weft, shown)
         )
-    surfaces = [(tool.vertices, np.asarray(tool.triangles, np.int64)) for tool in result.tools]
     return draw_views(SceneView(result.time_s, views, surfaces if tools else []), quantity)
 
 

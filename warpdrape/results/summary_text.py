@@ -39,11 +39,10 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     if summary["tools"]:
         parts.append(_table(tool_rows(summary["tools"])))
     if summary["interfaces"]:
-        parts.append(_interfaces(summary["interfaces"]))
-    parts.append(_quality(summary))
-    entries = {name: summary[name] for name in summary["reported"]}
-    if entries:
-        parts.append("\n".join(_entries(entries)))
+        parts.append(_table(interface_rows(summary["interfaces"])))
+    parts.append(quality(summary))
+    if summary["reported"]:
+        parts.append("\n".join(reported_lines(summary)))
     if summary["warnings"]:
         parts.append("\n".join(f"warning: {warning}" for warning in summary["warnings"]))
     if folder is not None:
@@ -122,7 +121,8 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     return rows
 
 
-def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
+def interface_rows(interfaces: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """Rows of a table of what lies between plies, its head first."""
     rows = [("between plies", "slip: mean", "largest", "pressure: mean", "largest")]
     for pair in interfaces:
         rows.append(
@@ -134,10 +134,11 @@ def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
                 f"{1e-3 * pair['max_pressure_pa']:.3g} kPa",
             )
         )
-    return _table(rows)
+    return rows
 
 
-def _quality(summary: Mapping[str, Any]) -> str:
+def quality(summary: Mapping[str, Any]) -> str:
+    """How far a run can be trusted, in a line."""
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [
@@ -170,10 +171,11 @@ def _loading(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _entries(entries: Mapping[str, Any]) -> list[str]:
+def reported_lines(summary: Mapping[str, Any]) -> list[str]:
     """Return what a scene reports about itself, a line each."""
     lines = []
-    for name, value in entries.items():
+    for name in summary["reported"]:
+        value = summary[name]
         if isinstance(value, Mapping):
             inside = ", ".join(" ".join(_entry(*item)) for item in value.items())
             words, text = _words(name), inside

@@ -14,6 +14,7 @@ from pxr import Tf, Usd, UsdGeom
 from warpdrape.errors import InputError, one_of
 from warpdrape.results.quantities import QUANTITIES, Quantity
 from warpdrape.results.run_folder import SCENE, partial_path
+from warpdrape.results.tool_distance import TOOL_DISTANCE, ToolDistances
 from warpdrape.results.usd_stage import TIME_ATTRIBUTE
 
 
@@ -86,61 +87,102 @@ def read_scene(
     Raises: InputError for an unreadable file, an unknown ply, a frame out of range, or a quantity
         that the run does not have.
     """
+    (view,) = read_moments(path, names, [frame], quantity)
+    return view
+
+
+def read_moments(
+    path: Path, names: Sequence[str] | None, frames: Sequence[int] | None, quantity: Quantity
+) -> list[SceneView]:
+    """Return what `read_scene` does, at several frames; at all of them when None."""
     try:
-        return _read(Usd.Stage.Open(str(path)), path, names, frame, quantity)
+        return _Reader(Usd.Stage.Open(str(path)), path, quantity).read(names, frames)
     except (Tf.ErrorException, ValueError, TypeError, MemoryError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path} is not a readable USD file: run the scene again") from error
 
 
-def _read(
-    stage: Usd.Stage, path: Path, names: Sequence[str] | None, frame: int, quantity: Quantity
-) -> SceneView:
-    root = stage.GetPrimAtPath("/World/plies")
-    prims = {p.GetName(): p for p in root.GetChildren()} if root else {}
-    if not prims:
-        raise InputError(f"{path} holds no plies under /World/plies: give a run of warpdrape")
-    for name in names or ():
-        one_of("ply", name, prims)
-    times = UsdGeom.Mesh(next(iter(prims.values()))).GetPointsAttr().GetTimeSamples()
-    if not -len(times) <= frame < len(times):
-        raise InputError(
-            f"frame = {frame} is out of range: {path} has frames 0 to {len(times) - 1}"
-            if times
-            else f"{path} has no frames: the run stopped before the first"
+class _Reader:
+    """Reads frames of an open stage."""
+
+    def __init__(self, stage: Usd.Stage, path: Path, quantity: Quantity) -> None:
+        self._stage, self._path, self._quantity = stage, path, quantity
+        root = stage.GetPrimAtPath("/World/plies")
+        self._plies = {p.GetName(): p for p in root.GetChildren()} if root else {}
+        tools = stage.GetPrimAtPath("/World/tools")
+        self._tools = tools.GetChildren() if tools else []
+        self._distances: ToolDistances | None = None
+
+    def read(self, names: Sequence[str] | None, frames: Sequence[int] | None) -> list[SceneView]:
+        """Read the named plies at frames; all plies, or frames, for None."""
+        if not self._plies:
+            raise InputError(
+                f"{self._path} holds no plies under /World/plies: give a run of warpdrape"
+            )
+        for name in names or ():
+            one_of("ply", name, self._plies)
+        first = next(iter(self._plies.values()))
+        times = UsdGeom.Mesh(first).GetPointsAttr().GetTimeSamples()
+        if not times:
+            raise InputError(f"{self._path} has no frames: the run stopped before the first")
+        wanted = range(len(times)) if frames is None else frames
+        for frame in wanted:
+            if not -len(times) <= frame < len(times):
+                last = len(times) - 1
+                raise InputError(
+                    f"frame = {frame} is out of range: {self._path} has frames 0 to {last}"
+                )
+        chosen = [self._plies[name] for name in names or self._plies]
+        return [self._moment(chosen, Usd.TimeCode(times[frame])) for frame in wanted]
+
+    def _moment(self, plies: Sequence[Usd.Prim], time: Usd.TimeCode) -> SceneView:
+        recorded = self._stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
+        tools = [_read_tool(prim, time) for prim in self._tools]
+        return SceneView(
+            time_s=float(recorded.Get(time)) if recorded else float("nan"),
+            plies=[self._ply(prim, time, tools) for prim in plies],
+            tools=tools,
         )
-    time = Usd.TimeCode(times[frame])
-    recorded = stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
-    tools = stage.GetPrimAtPath("/World/tools")
-    return SceneView(
-        time_s=float(recorded.Get(time)) if recorded else float("nan"),
-        plies=[_read_ply(prims[name], time, quantity) for name in names or prims],
-        tools=[_read_tool(prim, time) for prim in (tools.GetChildren() if tools else ())],
-    )
 
+    def _ply(self, prim: Usd.Prim, time: Usd.TimeCode, tools: list[Surface]) -> PlyView:
+        mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
+        self._check_quantity(prim, primvars)
 
-def _read_ply(prim: Usd.Prim, time: Usd.TimeCode, quantity: Quantity) -> PlyView:
-    mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
-    if not primvars.HasPrimvar(quantity.primvar):
-        there = [name for name, q in QUANTITIES.items() if primvars.HasPrimvar(q.primvar)]
-        raise InputError(
-            f"ply {prim.GetName()!r} has no {quantity.title} in this run; it has: "
-            + ", ".join(there)
+        def values(name: str) -> NDArray[np.float64]:
+            return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
+
+        points = np.array(mesh.GetPointsAttr().Get(time), np.float64)
+        if self._quantity.primvar == TOOL_DISTANCE:
+            shown = self._distance(points, tools)
+        else:
+            shown = values(self._quantity.primvar)
+        return PlyView(
+            name=prim.GetName(),
+            points=points,
+            rest=values("restPoints"),
+            triangles=np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3),
+            warp=values("warp"),
+            weft=values("weft"),
+            values=self._quantity.of(shown),
         )
 
-    def values(name: str) -> NDArray[np.float64]:
-        return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
+    def _check_quantity(self, prim: Usd.Prim, primvars: UsdGeom.PrimvarsAPI) -> None:
+        there = [
+            name
+            for name, q in QUANTITIES.items()
+            if primvars.HasPrimvar(q.primvar) or (q.primvar == TOOL_DISTANCE and self._tools)
+        ]
+        if self._quantity not in (QUANTITIES[name] for name in there):
+            raise InputError(
+                f"ply {prim.GetName()!r} has no {self._quantity.title} in this run; it has: "
+                + ", ".join(there)
+            )
 
-    return PlyView(
-        name=prim.GetName(),
-        points=np.array(mesh.GetPointsAttr().Get(time), np.float64),
-        rest=values("restPoints"),
-        triangles=np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3),
-        warp=values("warp"),
-        weft=values("weft"),
-        values=quantity.of(values(quantity.primvar)),
-    )
+    def _distance(self, points: NDArray[np.float64], tools: list[Surface]) -> NDArray[np.float64]:
+        if self._distances is None:
+            self._distances = ToolDistances(tools)
+        return self._distances.of(points, [vertices for vertices, _ in tools])
 
 
 def _read_tool(prim: Usd.Prim, time: Usd.TimeCode) -> Surface:
