@@ -266,14 +266,17 @@ class Stepper:
         time = np.pad(times, (0, model.timing.steps_ahead + 1 - len(times)), mode="edge")
         if scene.tools:
             shape = (len(scene.tools), len(time))
-            path, force = np.zeros((*shape, 3)), np.zeros(shape)
+            path, force, angle = np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape)
             for k, tool in enumerate(scene.tools):
                 if isinstance(tool.motion, Float):
                     force[k] = tool.motion.force_at(time)
                 else:
                     path[k] = tool.motion.displacement(time)
+                if tool.turn is not None:
+                    angle[k] = tool.turn.at(time)
             state.tools.path.assign(path)
             state.tools.force.assign(force)
+            state.tools.angle.assign(angle)
         if scene.clamps:
             shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
             eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))

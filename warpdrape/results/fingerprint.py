@@ -156,6 +156,9 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
         **_motion(tool),
+        **(
+            {} if tool.turn is None else {f"{MOTIONS}tool {tool.name!r}, turning": plain(tool.turn)}
+        ),
     }
 
 
