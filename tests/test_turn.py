@@ -71,7 +71,7 @@ def test_the_axis_goes_with_a_tool_that_is_put_elsewhere():
     tool = Tool.sphere(radius=0.05, turn=turn(1.0))
     moved = tool.moved((0.1, 0.0, 0.2)).turned((0.0, 1.0, 0.0), 0.7)
     about = Rotation.from_rotvec((0.0, 0.7, 0.0))
-    expected = about.apply(tool.pose(1.0).place(tool.vertices) + (0.1, 0.0, 0.2))
+    expected = about.apply(tool.pose(1.0).place(tool.vertices) + np.array((0.1, 0.0, 0.2)))
     np.testing.assert_allclose(moved.pose(1.0).place(moved.vertices), expected, atol=1e-14)
 
 
@@ -300,7 +300,12 @@ def test_a_roller_is_pressed_on_and_driven(device):
     sheet = Ply.rectangle("ply", SHEET, 0.06, 0.02, cells=12, mesh="grid", z=HALF)
     spun = Turn(axis=(0, 1, 0), angle=-3.0, duration=0.04, start=0.004, ramp=0.1)
     roller = Tool.drum(
-        "roller", radius=0.02, length=0.03, facet=2e-3, turn=spun, motion=Float(force=20.0, damping=80.0)
+        "roller",
+        radius=0.02,
+        length=0.03,
+        facet=2e-3,
+        turn=spun,
+        motion=Float(force=20.0, damping=80.0),
     ).moved((0.0, 0.0, SHEET.thickness + 0.02))
     table = Tool.plate("table", width=0.1, height=0.05, friction=0.0)
     held = Clamp(name="held", ply="ply", where=lambda p: p[:, 0] < -0.0299, follow=(-1, 0, 0))

@@ -23,7 +23,7 @@ from warpdrape.defects.thickness import (
 )
 from warpdrape.defects.wrinkles import Wrinkle, WrinkleSearch, Wrinkling
 from warpdrape.defects.yarn_limits import shear_past_locking, yarn_strains
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import Unwoven
 from warpdrape.results.result import FormedPly
 from warpdrape.results.tool_defects import bridge_entries, coverages
 from warpdrape.setup import Setup
@@ -68,8 +68,8 @@ class DefectWatch:
                 for pressure in (formed.contact_pressure, formed.tool_pressure)
                 if pressure is not None
             ]
-            thickness = thicknesses(ply.fabric, pressures, formed.triangles)
             ratios = _area_ratios(ply, formed)
+            thickness = thicknesses(ply.fabric, pressures, formed.triangles, ratios)
             found.append(
                 replace(
                     formed,
@@ -101,7 +101,7 @@ class DefectWatch:
 
 def _area_ratios(ply: Ply, formed: FormedPly) -> np.ndarray:
     """A/A0 of a ply's triangles [-], shape [m]."""
-    if isinstance(ply.fabric.tension, IsotropicMembrane):
+    if isinstance(ply.fabric.tension, Unwoven):
         return area_ratios(np.asarray(ply.mesh.areas), formed.points, formed.triangles)
     return yarn_area_ratios(formed.strain, formed.shear_angle, ply.fabric.yarn_angle)
 
