@@ -116,14 +116,16 @@ class ClampState:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoadState:
-    """Loads on plies over time.
+    """What acts on plies over time.
 
     Attributes:
         pressure: along the plies' normals before the coming steps and after each [Pa],
             shape [load, step + 1].
+        damping: mass-proportional rate, likewise [1/s], shape [step + 1].
     """
 
     pressure: wp.array
+    damping: wp.array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -196,9 +198,12 @@ def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampS
 
 
 def start_loads(scene: Setup, steps: int, device: str) -> LoadState:
-    """No load, with room for the pressures of so many steps."""
+    """No load, with room for the pressures and the damping of so many steps."""
     shape = (len(scene.pressures), steps + 1)
-    return LoadState(pressure=wp.zeros(shape, dtype=wp.float64, device=device))
+    return LoadState(
+        pressure=wp.zeros(shape, dtype=wp.float64, device=device),
+        damping=wp.zeros(steps + 1, dtype=wp.float64, device=device),
+    )
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

@@ -10,10 +10,9 @@ from ..contact.tool_pose import TurningTools, rotation
 
 @wp.struct
 class Medium:
-    """What acts on every vertex alike."""
+    """What acts on every vertex alike, at all times."""
 
     gravity: wp.vec3d  # m/s²
-    rate: wp.float64  # 1/s, mass-proportional damping
     time_step: wp.float64  # s
     speed_limit: wp.float64  # m/s, beyond which the run counts as blown up
 
@@ -41,7 +40,7 @@ def advance_clamped(
 
     Args:
         first: number of the first vertex.
-        medium: gravity, damping, step.
+        medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
@@ -80,6 +79,8 @@ def advance_vertices(
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
     clamp: wp.array(dtype=wp.int32),
+    rates: wp.array(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     f: wp.array(dtype=wp.vec3d),
@@ -92,10 +93,12 @@ def advance_vertices(
 
     Args:
         first: number of the first vertex.
-        medium: gravity, damping, step.
+        medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
+        rates: mass-proportional damping in each step of the frame [1/s], shape [step + 1].
+        step: number of the step in the frame, shape [1].
         x: positions [m], shape [vertex]; advanced.
         v: velocities [m/s], shape [vertex]; advanced.
         f: forces [N], shape [vertex]; cleared.
@@ -108,13 +111,14 @@ def advance_vertices(
     one = wp.float64(1.0)
     half = wp.float64(0.5)
     dt = medium.time_step
-    drag = half * medium.rate * dt
+    rate = rates[step[0]]
+    drag = half * rate * dt
     load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
     old = v[i]
     new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
-    if medium.rate > wp.float64(0.0):
+    if rate > wp.float64(0.0):
         mean = half * (old + new)
-        loss = medium.rate * mass[i] * dt * wp.dot(mean, mean)
+        loss = rate * mass[i] * dt * wp.dot(mean, mean)
         lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
     if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
         wp.atomic_cas(runaway, 0, -1, i)

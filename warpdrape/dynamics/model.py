@@ -43,7 +43,7 @@ class Model:
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
         floating: which tools float.
         turning: which tools turn.
-        medium: gravity and damping.
+        medium: gravity, and limits.
     """
 
     scene: Setup
@@ -131,7 +131,6 @@ def _clamp_index(scene: Setup, spans: tuple[Span, ...]) -> np.ndarray:
 def _medium(scene: Setup, timing: Timing) -> Medium:
     medium = Medium()
     medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
-    medium.rate = scene.numerics.damping
     medium.time_step = timing.time_step
     medium.speed_limit = max(RUNAWAY * peak_speed(scene), 500.0)
     return medium

@@ -18,6 +18,7 @@ from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
 from warpdrape.forces.pressure import along_normals
 from warpdrape.interaction import Launch
+from warpdrape.over_time import over_time
 from warpdrape.state import State
 from warpdrape.timing import frame_times
 from warpdrape.tools.motion import Float
@@ -283,6 +284,7 @@ class Stepper:
             matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
             state.clamps.shift.assign(shift.reshape(-1, 3))
             state.clamps.matrix.assign(np.concatenate(matrix))
+        state.loads.damping.assign(over_time(scene.numerics.damping, time))
         if scene.pressures:
             state.loads.pressure.assign(along_normals(scene, time))
         state.step.zero_()

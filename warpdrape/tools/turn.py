@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from warpdrape.errors import InputError, finite, said
+from warpdrape.over_time import table_over_time
 from warpdrape.tools.motion import Path, Stroke, vector
-from warpdrape.tools.over_time import table_over_time
 from warpdrape.wording import brief
 
 
