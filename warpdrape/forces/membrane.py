@@ -120,10 +120,12 @@ class Membranes:
     Attributes:
         plies: one for each ply.
         softening: divisor of the yarns' tensions [-].
+        woven: which plies have yarns.
     """
 
     plies: tuple[Membrane, ...]
     softening: float
+    woven: tuple[bool, ...]
     name: str = "membrane"
     searches: str = ""
 
@@ -173,7 +175,8 @@ class Membranes:
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict[str, float], list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
-        strain = max(float(of_ply["strain"].max()) for of_ply in fields)
+        woven = [of_ply for of_ply, yes in zip(fields, self.woven, strict=True) if yes]
+        strain = max((float(of_ply["strain"].max()) for of_ply in woven), default=0.0)
         found = softening_entries(self.softening, history, strain)
         return found, softening_warnings(found)
 
@@ -184,6 +187,7 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Membranes:
     return Membranes(
         tuple(build_membrane(ply, scene.numerics, span, device) for ply, span in plies),
         scene.numerics.yarn_softening,
+        tuple(not isinstance(ply.fabric.tension, Unwoven) for ply in scene.plies),
     )
 
 
