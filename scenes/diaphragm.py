@@ -127,19 +127,20 @@ def _rim(points: np.ndarray) -> np.ndarray:
 def _vacuum(vacuum: float, duration: float, *, both: bool) -> list[Pressure]:
     """The atmosphere on the upper diaphragm; and on the lower one until it is drawn off there.
 
-    Two diaphragms are first sucked onto the plies between them; then the air below goes too. The
-    pressure rises as its square root does evenly: most of the way is gone at a small part of it.
+    Two diaphragms are first sucked onto the plies between them; then the air below goes too. It
+    goes as the square of time: the plies have gone most of their way at a small part of it.
     """
     rise = np.linspace(0.0, 1.0, 11)
     drawn = list(zip(duration * rise, vacuum * rise**2, strict=True))
     if not both:
         return [Pressure(name="atmosphere", ply="upper", pressure=drawn)]
+    # Alike on both while the air between them goes: what is left over would throw them.
     begin = CLAMPING * duration
-    below = [(0.0, 0.0), (begin, vacuum)]
-    below += [(begin + (1.0 - CLAMPING) * t, vacuum - p) for t, p in drawn[1:]]
+    between = list(zip(begin * rise, vacuum * rise**2 * (3.0 - 2.0 * rise), strict=True))
+    below = [(begin + (1.0 - CLAMPING) * t, vacuum - p) for t, p in drawn[1:]]
     return [
-        Pressure(name="atmosphere", ply="upper", pressure=[(0.0, 0.0), (begin, vacuum)]),
-        Pressure(name="below", ply="lower", pressure=below, side="lower"),
+        Pressure(name="atmosphere", ply="upper", pressure=between),
+        Pressure(name="below", ply="lower", pressure=[*between, *below], side="lower"),
     ]
 
 
