@@ -5,6 +5,7 @@ round box of 150 mm radius, and a soft rubber of 0.33 MPa shear modulus, no prod
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -94,14 +95,20 @@ def build(
         Ply.rectangle(f"ply_{n}", cloth, blank_size, edge=edge, warp_angle=angle * deg)
         for n, angle in enumerate(_angles(layup))
     ]
-    names = ["lower", "upper"] if diaphragms == 2 else ["upper"]
-    bags = [Ply.disc(name, rubber, FRAME_RADIUS, edge=edge) for name in names]
+    # Where both hang down from the frame the upper one is inside by its thickness.
+    radii = {"lower": FRAME_RADIUS, "upper": FRAME_RADIUS - rubber.thickness}
+    if diaphragms == 1:
+        radii = {"upper": FRAME_RADIUS}
+    bags = [Ply.disc(name, rubber, radius, edge=edge) for name, radius in radii.items()]
     stack = lay_up([*bags[:-1], *plies, bags[-1]])
     return Scene(
         name="diaphragm",
         plies=stack,
         tools=[mould(facet)],
-        clamps=[Clamp(name=f"frame_{name}", ply=name, where=_rim, slope="free") for name in names],
+        clamps=[
+            Clamp(name=f"frame_{name}", ply=name, where=_rim(radius), slope="free")
+            for name, radius in radii.items()
+        ],
         pressures=_vacuum(vacuum, duration, both=diaphragms == 2),
         duration=(1.0 + HOLD) * duration,
         friction=friction,
@@ -120,8 +127,8 @@ def _angles(layup: str) -> list[float]:
         ) from None
 
 
-def _rim(points: np.ndarray) -> np.ndarray:
-    return np.hypot(points[:, 0], points[:, 1]) > FRAME_RADIUS * (1.0 - 1e-3)
+def _rim(radius: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda points: np.hypot(points[:, 0], points[:, 1]) > radius * (1.0 - 1e-3)
 
 
 def _vacuum(vacuum: float, duration: float, *, both: bool) -> list[Pressure]:

@@ -20,6 +20,7 @@ from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
+from warpdrape.results.summary_text import tool_rows
 from warpdrape.timing import peak_speed
 from warpdrape.tools.pose import rotation
 from warpdrape.verification.strip import yarn_fabric
@@ -275,6 +276,10 @@ def test_a_flap_folds_a_ply_by_a_right_angle(folded):
     torque = 0.5 * 500.0 * 0.02 * tip**2
     assert torque < history["flap_torque_nm"][-1] < 1.15 * torque
     assert history["flap_angle_deg"][-1] == 90.0
+    entry = result.summary["tools"][1]
+    assert entry["angle_deg"] == 90.0 and "angle_deg" not in result.summary["tools"][0]
+    assert entry["max_torque_nm"] == pytest.approx(np.abs(history["flap_torque_nm"]).max())
+    assert "0.00 mm, 90.0°" in str(tool_rows(result.summary["tools"]))
 
 
 def test_the_animation_turns_the_tool_between_frames_too(folded):
