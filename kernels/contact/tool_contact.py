@@ -20,14 +20,7 @@ from .surface import (
     to_single,
     weighted,
 )
-from .tool_pose import (
-    ToolPoses,
-    arm_of,
-    direction_into_tool,
-    direction_out_of_tool,
-    into_tool,
-    velocity_from,
-)
+from .tool_pose import ToolPoses, velocity_from
 
 SINGLE = wp.constant(wp.float64(1e-6))
 """Beyond the distance known to bound it, a query looks so much farther [m]: it rounds to single."""
@@ -289,10 +282,16 @@ def find_tool_contacts(
     now = wp.int32(0)
     for tool in range(tools.shift.shape[0]):
         slot = tool * x.shape[0] + i
-        at = into_tool(tools, tool, x[i])
+        at = x[i] - tools.shift[tool]
+        moving = v[i] - tools.velocity[tool]
+        if tools.turning.turns[tool] == 1:
+            turned = tools.turned[tool]
+            arm = at - turned * tools.turning.point[tool]
+            moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
+            at = wp.transpose(turned) * at
         moved = wp.length(at - queries[slot].at)
         held = may_touch(before, tool) and is_near(planes[slot])
-        ahead = search.ahead * wp.length(velocity_from(tools, tool, x[i], v[i], wp.float64(0.0)))
+        ahead = search.ahead * wp.length(moving)
         used = moved
         if not held:
             used += ahead
@@ -384,9 +383,17 @@ def add_tool_forces(
         if may_touch(bits, tool):
             slot = tool * x.shape[0] + i
             plane = planes[slot]
-            gap = plane_gap(plane, into_tool(tools, tool, x[i]))
+            offset = x[i] - tools.shift[tool]
+            moving = v[i] - tools.velocity[tool]
+            at = offset
+            turning = tools.turning.turns[tool] == 1
+            if turning:
+                back = wp.transpose(tools.turned[tool])
+                at = back * offset
+                arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
+            gap = plane_gap(plane, at)
             if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
-                relative = velocity_from(tools, tool, x[i], v[i], law.time_step)
                 t = contact_traction(
                     law,
                     laws,
@@ -395,7 +402,7 @@ def add_tool_forces(
                     rubs[tool],
                     gap,
                     plane.normal,
-                    direction_into_tool(tools, tool, relative),
+                    moving,
                     holds[slot].spring,
                     holds[slot].dashpot,
                 )
@@ -403,9 +410,11 @@ def add_tool_forces(
                 holds[slot].dashpot = t.dashpot
                 holds[slot].pressing = t.pressing
                 holds[slot].stored = t.stored
-                force = direction_out_of_tool(tools, tool, t.force)
+                force = t.force
+                if turning:
+                    force = tools.turned[tool] * force
+                    arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                    wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
                 f[i] += force
                 lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
                 wp.atomic_sub(reaction, place + tool, force)
-                if tools.turning.turns[tool] == 1:
-                    wp.atomic_sub(moment, place + tool, wp.cross(arm_of(tools, tool, x[i]), force))

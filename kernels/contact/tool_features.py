@@ -14,7 +14,7 @@ from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_
 from .friction import Rub
 from .on_ply import PlyContact, PlySearch, before_search, contact_gap, settled, waits
 from .surface import weighted
-from .tool_pose import ToolPoses, arm_of, out_of_tool, velocity_from
+from .tool_pose import ToolPoses, out_of_tool, velocity_from
 
 
 @wp.struct
@@ -286,9 +286,14 @@ def add_feature_forces(
     w = contact.weights
     touched = w[0] * x[a] + w[1] * x[b] + w[2] * x[c]
     moving = w[0] * v[a] + w[1] * v[b] + w[2] * v[c]
+    offset = touched - tools.shift[tool]
+    moving = moving - tools.velocity[tool]
     spring = springs[slot]
-    if tools.turning.turns[tool] == 1:  # it turns with the tool
-        spring += law.time_step * wp.cross(tools.spin[tool], spring)
+    arm = offset
+    if tools.turning.turns[tool] == 1:
+        arm = offset - tools.turned[tool] * tools.turning.point[tool]
+        moving = velocity_from(tools.spin[tool], arm, moving, law.time_step)
+        spring += law.time_step * wp.cross(tools.spin[tool], spring)  # it turns with the tool
     t = contact_traction(
         law,
         laws,
@@ -297,7 +302,7 @@ def add_feature_forces(
         contact.rub,
         gap,
         contact.normal,
-        -velocity_from(tools, tool, touched, moving, law.time_step),
+        -moving,
         spring,
         dashpots[slot],
     )
@@ -312,4 +317,4 @@ def add_feature_forces(
     wp.atomic_sub(f, c, w[2] * t.force)
     wp.atomic_add(reaction, tool, t.force)
     if tools.turning.turns[tool] == 1:
-        wp.atomic_add(moment, tool, wp.cross(arm_of(tools, tool, touched), t.force))
+        wp.atomic_add(moment, tool, wp.cross(arm, t.force))

@@ -42,53 +42,26 @@ def rotation(axis: wp.vec3d, angle: wp.float64) -> wp.mat33d:
 
 
 @wp.func
-def into_tool(tools: ToolPoses, tool: int, point: wp.vec3d) -> wp.vec3d:
-    """A point in the tool's frame [m]."""
-    at = point - tools.shift[tool]
-    if tools.turning.turns[tool] == 1:
-        at = wp.transpose(tools.turned[tool]) * at
-    return at
-
-
-@wp.func
-def direction_into_tool(tools: ToolPoses, tool: int, direction: wp.vec3d) -> wp.vec3d:
-    """A vector in the tool's frame."""
-    if tools.turning.turns[tool] == 1:
-        return wp.transpose(tools.turned[tool]) * direction
-    return direction
-
-
-@wp.func
-def direction_out_of_tool(tools: ToolPoses, tool: int, direction: wp.vec3d) -> wp.vec3d:
-    """A vector of the tool's frame as it is now."""
-    if tools.turning.turns[tool] == 1:
-        return tools.turned[tool] * direction
-    return direction
-
-
-@wp.func
 def out_of_tool(tools: ToolPoses, tool: int, point: wp.vec3d) -> wp.vec3d:
     """Where a point of the tool is now [m]."""
-    return direction_out_of_tool(tools, tool, point) + tools.shift[tool]
-
-
-@wp.func
-def arm_of(tools: ToolPoses, tool: int, point: wp.vec3d) -> wp.vec3d:
-    """From the axis's point to another [m]."""
-    return point - out_of_tool(tools, tool, tools.turning.point[tool])
+    if tools.turning.turns[tool] == 1:
+        return tools.turned[tool] * point + tools.shift[tool]
+    return point + tools.shift[tool]
 
 
 @wp.func
 def velocity_from(
-    tools: ToolPoses, tool: int, point: wp.vec3d, velocity: wp.vec3d, time_step: wp.float64
+    spin: wp.vec3d, arm: wp.vec3d, moving: wp.vec3d, time_step: wp.float64
 ) -> wp.vec3d:
-    """Velocity of something at a point relative to the tool there, over the last step [m/s].
+    """Velocity relative to a tool that turns, over the last step [m/s].
 
     The tool goes on a chord of its circle in a step, which is square to the arm of half a step ago:
     so a point that the tool carries along has no velocity from it.
+
+    Args:
+        spin: angular velocity [rad/s].
+        arm: from the axis's point [m].
+        moving: velocity relative to the axis [m/s].
+        time_step: Δt [s].
     """
-    from_axis = velocity - tools.velocity[tool]
-    if tools.turning.turns[tool] == 1:
-        arm = arm_of(tools, tool, point) - wp.float64(0.5) * time_step * from_axis
-        return from_axis - wp.cross(tools.spin[tool], arm)
-    return from_axis
+    return moving - wp.cross(spin, arm - wp.float64(0.5) * time_step * moving)
