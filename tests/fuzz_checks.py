@@ -215,6 +215,21 @@ CALLS = {
         {"angles": (0.0, 0.3, 0.6, 1.0), "couples": (0.0, 1e-4, 2e-4, 9e-4)},
     ),
     "isotropic": (laws.IsotropicMembrane, {"stiffness": 1e5, "poisson": 0.3}),
+    "rubber": (laws.MooneyRivlin, {"c10": 2e5, "c01": 1e4, "largest_stretch": 3.0}),
+    "rubber sheet": (
+        wd.Fabric.rubber,
+        {"name": "a", "thickness": 1e-3, "density": 1100.0, "c10": 2e5, "bends": True},
+    ),
+    "turn": (
+        wd.Turn,
+        {
+            "axis": (0.0, 1.0, 0.0),
+            "angle": 1.0,
+            "point": (0.0, 0.0, 0.0),
+            "duration": 0.01,
+            "start": 0.0,
+        },
+    ),
 }
 """Each callable with arguments that it takes."""
 HUGE = 10**400

@@ -10,7 +10,7 @@ import numpy as np
 from law_checks import fabric
 from pxr import Sdf
 
-from warpdrape import Friction, Pressure, Spring, WantedDirection, restart
+from warpdrape import Friction, Pressure, Spring, Turn, WantedDirection, restart
 from warpdrape.blanks.ply import Ply, lay_up, stack_top
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
@@ -85,6 +85,16 @@ def loaded():
     )
 
 
+def turning():
+    """A plate that turns while it floats, and a ball that rolls down as it goes."""
+    scene = press(contact="fast")
+    ring, ball, plate = scene.tools
+    roll = Turn(axis=(0.0, 1.0, 0.0), point=(0.0, 0.0, 0.02), angle=1.0, duration=4e-3)
+    twist = Turn(axis=(0.0, 0.0, 1.0), point=(0.02, 0.02, 0.0), angle=[(1e-3, 0.1), (4e-3, 0.9)])
+    tools = [ring, dataclasses.replace(ball, turn=roll), dataclasses.replace(plate, turn=twist)]
+    return dataclasses.replace(scene, tools=tools)
+
+
 def coupon():
     """A picture frame: clamps that follow functions, a report, files of its own."""
     return picture_frame.build(edge=0.02, duration=0.002, shear_angle_deg=20.0)
@@ -98,6 +108,7 @@ SCENES = {
     "membranes, exact": lambda: press(ELASTIC, contact="exact"),
     "coupon": coupon,
     "loaded": loaded,
+    "turning": turning,
 }
 
 

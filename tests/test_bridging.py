@@ -12,6 +12,7 @@ from warpdrape.defects.coverage import coverage, surface_points
 from warpdrape.defects.crest_lobes import edge_graph
 from warpdrape.defects.gaps import SurfaceGaps, ToolGaps
 from warpdrape.defects.wrinkle_field import vertex_normals
+from warpdrape.tools.pose import shifted
 from warpdrape.tools.tool import Tool
 
 SIDE, THICKNESS = 0.2, 6e-4
@@ -35,7 +36,7 @@ def trough(depth, half_width, half_length):
 
 def bridges_of(ply, tool, points, least=THICKNESS, below=0.5 * THICKNESS, above=0.5 * THICKNESS):
     triangles = np.asarray(ply.mesh.triangles)
-    gaps, still = ToolGaps([tool]), np.zeros((1, 3))
+    gaps, still = ToolGaps([tool]), [shifted()]
     ways = gaps.ways(points, still)
     beneath = gaps.beneath(points, vertex_normals(points, triangles), still)
     off = clearances(ways, points, triangles, below, above)
@@ -108,9 +109,9 @@ def test_coverage_of_a_plate_is_the_share_of_area(cells):
     plate = Tool.plate(width=0.4, height=0.3)
     ply, points = flat_on(cells)
     surface = SurfaceGaps(points, np.asarray(ply.mesh.triangles))
-    found = coverage(plate, np.zeros(3), [surface], 1.5 * THICKNESS)
+    found = coverage(plate, shifted(), [surface], 1.5 * THICKNESS)
     assert found == pytest.approx(0.2 * 0.2 / (0.4 * 0.3), rel=0.02)
-    assert coverage(plate, np.array([0.0, 0.0, -0.01]), [surface], 1.5 * THICKNESS) == 0.0
+    assert coverage(plate, shifted((0.0, 0.0, -0.01)), [surface], 1.5 * THICKNESS) == 0.0
 
 
 def test_points_of_a_surface_stand_for_its_area():

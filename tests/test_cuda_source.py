@@ -9,6 +9,7 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape import kernels
 from warpdrape.forces.membrane import _yarn_kernels
+from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.bending import add_bending_forces
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
@@ -51,7 +52,7 @@ def test_the_kernels_of_a_file_compile(name, tmp_path):
 
 
 def test_there_are_kernels_to_compile():
-    assert {"membrane", "motion", "selective_mass", "tool_contact", "ply_contact"} <= {
+    assert {"pressure", "motion", "selective_mass", "tool_contact", "ply_contact"} <= {
         name.rpartition(".")[2] for name in modules_of_kernels()
     }
 
@@ -67,3 +68,8 @@ def test_the_kernels_of_every_pair_of_laws_compile(tension, shear, tmp_path):
 
 def test_the_kernel_of_bending_compiles(tmp_path):
     assert compiled(add_bending_forces.module, tmp_path) > 1000
+
+
+@pytest.mark.parametrize("kernel", [sheet.add_isotropic_forces, sheet.add_rubber_forces])
+def test_the_kernels_of_sheets_without_yarns_compile(kernel, tmp_path):
+    assert compiled(kernel.module, tmp_path) > 1000

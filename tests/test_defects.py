@@ -184,7 +184,7 @@ def test_wrinkles_come_into_the_history_and_the_summary():
     scene = Scene(name="s", plies=[square(cells=40)], duration=1.0)
     watch, rows, plies = DefectWatch(scene), [], ()
     for time, amplitude in ((0.0, 0.0), (0.5, 1e-4), (1.0, 1e-3)):
-        plies = watch.look([waved(scene, amplitude)], np.zeros((0, 3)))
+        plies = watch.look([waved(scene, amplitude)], [])
         rows.append({"time_s": time} | defect_columns(plies[0]))
     history = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     assert history["ply_wrinkle_m"] == pytest.approx([0.0, 0.0, 1e-3], rel=0.05)
@@ -208,9 +208,9 @@ def test_a_look_depends_on_the_plies_as_they_are_alone():
     """A run that goes on from a checkpoint must say what the uninterrupted one says."""
     scene = Scene(name="s", plies=[square(cells=30)], duration=1.0)
     watch = DefectWatch(scene)
-    watch.look([waved(scene, 1e-3)], np.zeros((0, 3)))
-    (again,) = watch.look([waved(scene, 1.001e-3)], np.zeros((0, 3)))
-    (anew,) = DefectWatch(scene).look([waved(scene, 1.001e-3)], np.zeros((0, 3)))
+    watch.look([waved(scene, 1e-3)], [])
+    (again,) = watch.look([waved(scene, 1.001e-3)], [])
+    (anew,) = DefectWatch(scene).look([waved(scene, 1.001e-3)], [])
     np.testing.assert_array_equal(again.wrinkle, anew.wrinkle)
     assert again.wrinkling.wrinkles == anew.wrinkling.wrinkles
     assert again.wrinkle.max() > 0.0
@@ -263,7 +263,7 @@ def test_wanted_directions_by_region_come_into_the_summary():
     left = WantedDirection(name="left", ply="ply", direction=(1, 1, 0), where=lambda p: p[:, 0] < 0)
     all_over = WantedDirection(name="all", ply="ply", direction=(0, 1, 0), family="weft")
     scene = Scene(name="s", plies=[square()], duration=1.0, wanted=[left, all_over])
-    (formed,) = DefectWatch(scene).look([waved(scene, 0.0)], np.zeros((0, 3)))
+    (formed,) = DefectWatch(scene).look([waved(scene, 0.0)], [])
     one, other = defect_entries(scene, 0, formed, {})["defects"]["misalignment"]
     assert (one["name"], one["mean_deg"]) == ("left", pytest.approx(45.0))
     assert other["max_deg"] == pytest.approx(0.0, abs=1e-6)
@@ -297,7 +297,7 @@ def test_more_fibres_than_fit_are_not_passed_over():
     scene = Scene(name="s", plies=[square()], duration=1.0)
     sheared = waved(scene, 0.0)
     sheared = replace(sheared, shear_angle=np.full(len(sheared.triangles), math.radians(55.0)))
-    (formed,) = DefectWatch(scene).look([sheared], np.zeros((0, 3)))
+    (formed,) = DefectWatch(scene).look([sheared], [])
     (line,) = defect_lines([{"name": "ply"} | defect_entries(scene, 0, formed, {})])
     assert "to 104 %, more than fits" in " ".join(line.split())
 

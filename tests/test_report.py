@@ -121,7 +121,8 @@ def test_the_page_holds_what_the_run_folder_does(pressed, page):
             n = len(tool.vertices)
             bounds = np.tile(packed["low"], n), np.tile(packed["high"], n)
             start, _ = page.values(packed["points"], 1, *bounds)
-            placed = start.reshape(-1, 3) + packed["shifts"][frame]
+            place = np.reshape(packed["places"][frame], (4, 4))  # column by column
+            placed = start.reshape(-1, 3) @ place[:3, :3] + place[3, :3]
             size = np.ptp(tool.vertices, axis=0).max()
             np.testing.assert_allclose(placed, tool.vertices, atol=0.6 * size / 65534)
 

@@ -13,6 +13,7 @@ from warpdrape.report.rest_match import match_plies
 from warpdrape.report.run_data import PlyFrames
 from warpdrape.results.tool_distance import ToolDistances
 from warpdrape.results.yarn_lines import on_blank, yarn_lines
+from warpdrape.tools.pose import Pose, rotation, shifted
 
 SIZE = 0.3
 
@@ -78,14 +79,17 @@ def test_distances_from_tools_are_those_from_their_nearest_facets():
     block = trimesh.creation.box((0.2, 0.2, 0.02))
     block.apply_translation([0.0, 0.0, -0.08])
     tools = [(np.array(t.vertices), np.array(t.faces)) for t in (ball, block)]
-    shifts = np.array([[0.01, 0.0, 0.03], [0.0, 0.02, 0.0]])
+    poses = [
+        Pose(rotation((0.0, 0.6, 0.8), 2.0), np.array([0.01, 0.0, 0.03])),
+        shifted((0, 0.02, 0)),
+    ]
     points = random.uniform(-0.15, 0.15, (40, 3))
     found = ToolDistances(tools).of(
-        points, [v + s for (v, _), s in zip(tools, shifts, strict=True)]
+        points, [pose.place(v) for (v, _), pose in zip(tools, poses, strict=True)]
     )
     expected = np.full(len(points), np.inf)
-    for (vertices, faces), shift in zip(tools, shifts, strict=True):
-        corners = (vertices + shift)[faces]
+    for (vertices, faces), pose in zip(tools, poses, strict=True):
+        corners = pose.place(vertices)[faces]
         for k, point in enumerate(points):
             near = trimesh.triangles.closest_point(corners, np.tile(point, (len(corners), 1)))
             expected[k] = min(expected[k], np.linalg.norm(near - point, axis=1).min())

@@ -76,7 +76,7 @@ def test_it_draws_and_the_slider_moves_the_plies(page, pressed):
             assert off <= 0.5 * step + 1e-7  # and the browser's single precision
         words = page.value("document.getElementById('moment').textContent")
         assert words.startswith(f"{1e3 * read.time_s:.3g} ms · punch ")
-        shift = page.value(f"{VIEWS}[0].tools[0].group.position.z")
+        shift = page.value(f"{VIEWS}[0].tools[0].group.matrix.elements[14]")
         moved = read.history["punch_displacement_m"][frame]
         assert shift == pytest.approx(-moved, abs=1e-8)
         now = page.picture("#canvas")

@@ -202,6 +202,7 @@ def test_parts_have_apart_what_several_of_them_write():
         "plies.f": Across.SCATTERED,
         "plies.runaway": Across.FIRST,
         "tools.reaction": Across.SUMMED,
+        "tools.moment": Across.SUMMED,
         "clamps.force": Across.SUMMED,
         "memory.2.deepest": Across.LARGEST,
         "memory.2.jump": Across.LARGEST,

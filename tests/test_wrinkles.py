@@ -10,6 +10,7 @@ from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.smoothing import Smoothing
 from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.defects.wrinkles import WrinkleSearch
+from warpdrape.tools.pose import shifted
 from warpdrape.tools.tool import Tool
 
 SIDE, THICKNESS = 0.3, 6e-4
@@ -203,10 +204,10 @@ def test_a_fillet_that_a_ply_lies_on_is_no_wrinkle_but_waves_on_it_are(cells):
     die = Tool.die(hole_radius=hole, edge_radius=edge, outer_radius=0.3)
     gaps, found = ToolGaps([die]), ring(cells, hole, edge)
     points = laid_on((hole, edge), flat(found))
-    assert found.look(points, lambda: gaps.ways(points, np.zeros((1, 3)))).wrinkles == ()
+    assert found.look(points, lambda: gaps.ways(points, [shifted()])).wrinkles == ()
     angle = np.arctan2(*flat(found).T[::-1])
     wavy = laid_on((hole, edge), flat(found), lift=1e-3 * (1.0 + np.cos(18 * angle)))
-    seen = found.look(wavy, lambda: gaps.ways(wavy, np.zeros((1, 3))))
+    seen = found.look(wavy, lambda: gaps.ways(wavy, [shifted()]))
     assert 15 <= len(seen.wrinkles) <= 21  # eighteen round the ring
     assert np.median([w.amplitude for w in seen.wrinkles]) == pytest.approx(1e-3, rel=0.15)
 
@@ -218,7 +219,7 @@ def test_distances_from_tools_are_those_from_their_true_surface():
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     center = np.array([0.01, 0.0, 0.085])
     points = center + (0.075 + 3e-4) * way
-    found = ToolGaps([punch]).ways(points, np.array([[0.01, 0.0, 0.0]]))[0]
+    found = ToolGaps([punch]).ways(points, [shifted((0.01, 0.0, 0.0))])[0]
     assert np.linalg.norm(found, axis=1) == pytest.approx(3e-4, abs=2e-5)
     assert (found * way).sum(axis=1) == pytest.approx(3e-4, abs=2e-5)
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
+    from warpdrape.tools.turn import Turn
 
 __all__ = [
     "Bending",
@@ -51,6 +52,7 @@ __all__ = [
     "Still",
     "Stroke",
     "Tool",
+    "Turn",
     "WantedDirection",
     "lay_up",
     "read_run",
@@ -80,6 +82,7 @@ _HOME = {
     "Still": "tools.motion",
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
+    "Turn": "tools.turn",
     "WantedDirection": "defects.alignment",
     "lay_up": "blanks.ply",
     "read_run": "results.read_run",

@@ -14,6 +14,8 @@ from warpdrape.forces.pressure import along_normals
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, peak_speed
 from warpdrape.tools.motion import Float
+from warpdrape.tools.pose import rotation
+from warpdrape.tools.tool import Tool
 
 if TYPE_CHECKING:
     from warpdrape.restart import Restart
@@ -67,6 +69,8 @@ def check_motions(model: Model, earlier: Restart) -> None:
     scene, now, step = model.scene, earlier.clock.time, model.timing.time_step
     times, peak = np.array([now, now + step]), peak_speed(scene)
     for number, tool in enumerate(scene.tools):
+        if tool.turn is not None:
+            _check_turn(tool, earlier, number, times, peak)
         if isinstance(tool.motion, Float):
             was = earlier.at_end("tools.force", len(scene.tools))[number]
             _refuse_step(f"force of tool {tool.name!r}", was, float(tool.motion.force_at(now)), "N")
@@ -75,7 +79,7 @@ def check_motions(model: Model, earlier: Restart) -> None:
             earlier.floats(name, 3)[number] for name in ("tools.shift", "tools.velocity")
         )
         here, there = tool.motion.displacement(times)
-        jump = float(np.linalg.norm(here - shift))
+        jump = float(np.linalg.norm(tool.pose(now).shift - shift))
         jerk = float(np.linalg.norm((there - here) / step - velocity))
         _refuse_jump(f"tool {tool.name!r}", jump, jerk, step, peak)
     pressures = along_normals(scene, np.array([now]))[:, 0]
@@ -91,6 +95,17 @@ def check_motions(model: Model, earlier: Restart) -> None:
         matrix = clamp.matrix(times)[0] if clamp.matrix else np.eye(3)
         jump = float(np.linalg.norm(here - was) + np.abs(matrix - turned).max())
         _refuse_jump(f"clamp {clamp.name!r}", jump, 0.0, step, peak)
+
+
+def _check_turn(tool: Tool, earlier: Restart, number: int, times: np.ndarray, peak: float) -> None:
+    """Raise `InputError` where a tool's turn jumps from where the run has left it."""
+    step, reach = times[1] - times[0], tool.turn.reach(tool.vertices)
+    turned = earlier.floats("tools.turned", 9)[number].reshape(3, 3)
+    spin = earlier.floats("tools.spin", 3)[number] @ tool.turn.axis
+    here, there = tool.turn.at(times)
+    jump = reach * float(np.abs(rotation(tool.turn.axis, float(here)) - turned).max())
+    jerk = reach * abs((there - here) / step - float(spin))
+    _refuse_jump(f"turn of tool {tool.name!r}", jump, jerk, step, peak)
 
 
 def _refuse_step(name: str, was: float, now: float, unit: str) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from warpdrape.errors import InputError, finite, one_of, positive
+from warpdrape.over_time import never_negative
 from warpdrape.wording import brief
 
 
@@ -16,7 +18,9 @@ class Numerics:
         averaging: "pairs" shares yarn strains between two triangles; "plain" does not.
         stabiliser: κ of the pair's stabiliser, in units of the initial shear stiffness [-].
         stabiliser_floor: least stabiliser, as a share of the yarn stiffness [-].
-        damping: mass-proportional damping rate [1/s].
+        damping: mass-proportional damping rate [1/s]; or pairs (time [s], rate [1/s]) through which
+            it goes smoothly, the ends holding before and after: none while a ply is formed, some
+            while it comes to rest.
         contact_share: penalty stiffness over m/Δt² [-].
         contact_damping: damping of the contacts over their critical one [-].
         search_slide: sliding at tool speed between two contact searches [m].
@@ -38,7 +42,7 @@ class Numerics:
     averaging: str = "pairs"
     stabiliser: float = 1.0
     stabiliser_floor: float = 2e-6
-    damping: float = 0.0
+    damping: float | Sequence[tuple[float, float]] = 0.0
     contact_share: float = 0.04
     contact_damping: float = 0.3
     search_slide: float = 4e-5
@@ -70,7 +74,7 @@ class Numerics:
                 f"yarn_viscosity = {self.yarn_viscosity} must not exceed 0.5: it takes that much "
                 "of the stable step"
             )
-        positive("damping", self.damping, unit="1/s", zero=True)
+        object.__setattr__(self, "damping", never_negative("damping", self.damping, "1/s"))
         if positive("contact_damping", self.contact_damping, zero=True) > 1.0:
             raise InputError(
                 f"contact_damping = {self.contact_damping} must not exceed 1, critical"

@@ -16,9 +16,9 @@ from warpdrape.dynamics.phases import Profile
 from warpdrape.errors import RunFailed
 from warpdrape.interaction import Measured
 from warpdrape.results.defects import DefectWatch
-from warpdrape.results.frame_data import PlyShape, ToolShape
+from warpdrape.results.frame_data import PlyShape
 from warpdrape.results.frames_file import Mark
-from warpdrape.results.history import history_row
+from warpdrape.results.history import history_row, tool_angles, tool_ways
 from warpdrape.results.result import (
     FormedPly,
     Result,
@@ -26,6 +26,7 @@ from warpdrape.results.result import (
     read_plies,
     shown_at_vertices,
     shown_of_defects,
+    tool_shape,
 )
 from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
 from warpdrape.results.run_record import run_record
@@ -33,6 +34,7 @@ from warpdrape.results.summary import add_warning, summarise
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter
 from warpdrape.state import State
+from warpdrape.tools.pose import Pose
 from warpdrape.watch import Watch, loose_plies
 
 if TYPE_CHECKING:
@@ -93,7 +95,7 @@ class Recorder:
         self._plies: tuple[FormedPly, ...] = ()
         self._measured: tuple[Measured, ...] = ()
         self._loose: tuple[str, ...] = ()
-        self._shift = np.zeros((len(model.scene.tools), 3))
+        self._poses: list[Pose] = []
         self._started = time.perf_counter() - self.tally.wall
         self._usd: UsdWriter | None = None
         self._history: HistoryWriter | None = None
@@ -124,7 +126,7 @@ class Recorder:
                 )
                 for p in scene.plies
             ],
-            [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools],
+            [tool_shape(tool) for tool in scene.tools],
             about={
                 "program": "warpdrape",
                 "version": record["versions"]["warpdrape"],
@@ -154,9 +156,9 @@ class Recorder:
 
     def _keep(self, state: State, measured: tuple[Measured, ...]) -> None:
         plies = read_plies(self._model, state, measured)
-        self._plies = self._defects.look(plies, state.tools.shift.numpy())
+        self._poses = state.tools.poses()
+        self._plies = self._defects.look(plies, self._poses)
         self._measured = measured
-        self._shift = state.tools.shift.numpy().copy()
         self._loose = loose_plies(self._model, state, measured)
 
     def record(self, state: State, frame: int) -> dict[str, float]:
@@ -178,7 +180,9 @@ class Recorder:
             with self.profile.timed("output"):
                 self._history.append(row)
                 frames = [ply.frame() for ply in self._plies]
-                self._usd.write(frame, row["time_s"], frames, state.tools.shift.numpy())
+                ways = tool_ways(self._model.scene, self._poses)
+                angles = tool_angles(self._model.scene, self._loading.time)
+                self._usd.write(frame, row["time_s"], frames, ways, angles)
         return row
 
     def _take_down(self, state: State) -> dict[str, float]:
@@ -188,18 +192,19 @@ class Recorder:
         now, steps = loading.simulated, self.steps - self.tally.steps_before
         plies = read_plies(model, state, measured)
         self.watch.look(state, plies, energies, now)
-        plies = self._defects.look(plies, state.tools.shift.numpy())
+        poses = state.tools.poses()
+        plies = self._defects.look(plies, poses)
         before = self._rows[-1] if self._rows else None
         row = history_row(model, state, now, loading.time, steps, energies, plies, measured, before)
         for name, value in row.items():
             if not np.isfinite(value):
                 raise RunFailed(f"blew up at {1e3 * now:.4g} ms: {name} is {value}; lower safety")
         state.tools.impulse.zero_()
+        state.tools.twist.zero_()
         state.clamps.force.zero_()
         self._rows.append(row)
         self.tally.steps_before = self.steps
-        self._plies, self._measured = plies, measured
-        self._shift = state.tools.shift.numpy().copy()
+        self._plies, self._measured, self._poses = plies, measured, poses
         self._loose = loose_plies(model, state, measured)
         return row
 
@@ -233,7 +238,7 @@ class Recorder:
         self._defects.add_at_end(summary, self._plies)
         if self._profiled:
             summary["phases_s"] = self.profile.seconds()
-        result = Result(self._plies, summary, history, place_tools(model.scene, self._shift))
+        result = Result(self._plies, summary, history, place_tools(model.scene, self._poses))
         summary["reported"] = []
         if model.scene.report is not None and not failure:
             self._add_report(result, summary)

@@ -15,6 +15,7 @@ import warp as wp
 
 from warpdrape.kernels.contact.look_ahead import Pace
 from warpdrape.setup import Setup
+from warpdrape.tools.pose import Pose
 
 
 class Across(Enum):
@@ -65,26 +66,41 @@ class ToolState:
     """The tools; see `kernels.dynamics.motion`.
 
     Attributes:
-        shift: translations [m], shape [tool].
-        velocity: [m/s], shape [tool].
+        turned: rotations since the start, shape [tool].
+        shift: translations [m], shape [tool]: a point X of a tool is at turned · X + shift.
+        velocity: of its motion, that of the axis if it turns [m/s], shape [tool].
+        spin: angular velocity [rad/s], shape [tool].
         reaction: contact forces of this step [N], in several places for each tool so that the
             threads of a graphics card do not wait for one, shape [place · tool].
+        moment: theirs about a point of its axis [N·m], of tools that turn, likewise.
         impulse: sum over the steps of the reaction [N], shape [tool].
+        twist: sum over the steps of the moment about the axis [N·m], shape [tool].
         work: done on the tools from outside [J], shape [tool].
         damped: lost in their dashpots [J], shape [tool].
         path: translation before the coming steps and after each [m], shape [tool, step + 1].
         force: along the axis, likewise [N].
+        angle: turned about the axis, likewise [rad].
     """
 
+    turned: wp.array
     shift: wp.array
     velocity: wp.array
+    spin: wp.array
     reaction: wp.array
+    moment: wp.array
     impulse: wp.array
+    twist: wp.array
     work: wp.array
     damped: wp.array
     path: wp.array
     force: wp.array
-    apart: ClassVar[Apart] = {"reaction": Across.SUMMED}
+    angle: wp.array
+    apart: ClassVar[Apart] = {"reaction": Across.SUMMED, "moment": Across.SUMMED}
+
+    def poses(self) -> list[Pose]:
+        """Where the tools are now."""
+        turned, shift = self.turned.numpy(), self.shift.numpy()
+        return [Pose(r.copy(), s.copy()) for r, s in zip(turned, shift, strict=True)]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -107,14 +123,16 @@ class ClampState:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoadState:
-    """Loads on plies over time.
+    """What acts on plies over time.
 
     Attributes:
         pressure: along the plies' normals before the coming steps and after each [Pa],
             shape [load, step + 1].
+        damping: mass-proportional rate, likewise [1/s], shape [step + 1].
     """
 
     pressure: wp.array
+    damping: wp.array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -160,14 +178,19 @@ def start_tools(scene: Setup, vertices: int, steps: int, device: str) -> ToolSta
     places = 1
     if wp.get_device(device).is_cuda:
         places = min(1 + vertices // SHARING_A_PLACE, MOST_PLACES)
-    vectors = ("shift", "velocity", "impulse")
+    vectors = ("shift", "velocity", "spin", "impulse")
+    upright = np.broadcast_to(np.eye(3), (tools, 3, 3))
     return ToolState(
         **{name: wp.zeros(tools, dtype=vec, device=device) for name in vectors},
+        turned=wp.array(upright, dtype=wp.mat33d, device=device),
         reaction=wp.zeros(places * tools, dtype=vec, device=device),
+        moment=wp.zeros(places * tools, dtype=vec, device=device),
+        twist=wp.zeros(tools, dtype=real, device=device),
         work=wp.zeros(tools, dtype=real, device=device),
         damped=wp.zeros(tools, dtype=real, device=device),
         path=wp.zeros((tools, steps + 1), dtype=vec, device=device),
         force=wp.zeros((tools, steps + 1), dtype=real, device=device),
+        angle=wp.zeros((tools, steps + 1), dtype=real, device=device),
     )
 
 
@@ -184,9 +207,12 @@ def start_clamps(scene: Setup, vertices: int, steps: int, device: str) -> ClampS
 
 
 def start_loads(scene: Setup, steps: int, device: str) -> LoadState:
-    """No load, with room for the pressures of so many steps."""
+    """No load, with room for the pressures and the damping of so many steps."""
     shape = (len(scene.pressures), steps + 1)
-    return LoadState(pressure=wp.zeros(shape, dtype=wp.float64, device=device))
+    return LoadState(
+        pressure=wp.zeros(shape, dtype=wp.float64, device=device),
+        damping=wp.zeros(steps + 1, dtype=wp.float64, device=device),
+    )
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

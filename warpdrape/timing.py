@@ -53,7 +53,8 @@ def frame_times(timing: Timing, frame: int) -> np.ndarray:
 
 def peak_speed(scene: Setup) -> float:
     """Largest speed [m/s] that tools and clamps reach, as contact searches allow for it."""
-    moving = [thing.motion.peak_speed for thing in (*scene.tools, *scene.clamps)]
+    moving = [tool.peak_speed for tool in scene.tools]
+    moving += [clamp.motion.peak_speed for clamp in scene.clamps]
     return max([*moving, SLOWEST_TOOL]) if any(moving) else SLOWEST
 
 

@@ -39,6 +39,7 @@ def plane_near(
 def find_vertex_planes(
     surfaces: ToolSurfaces,
     tool: int,
+    turned: wp.mat33d,
     shift: wp.vec3d,
     half: wp.array(dtype=wp.float64),
     radius: wp.float64,
@@ -51,6 +52,7 @@ def find_vertex_planes(
     Args:
         surfaces: the tools' facets.
         tool: number of the tool.
+        turned: its rotation.
         shift: its translation [m].
         half: half the thickness of the ply [m], shape [vertex].
         radius: how far to look [m].
@@ -60,7 +62,7 @@ def find_vertex_planes(
             shape [vertex]; overwritten.
     """
     i = wp.tid()
-    at = x[i] - shift
+    at = wp.transpose(turned) * (x[i] - shift)
     plane = plane_near(surfaces, tool, at, half[i], radius, no_plane())
     if surfaces.open[tool] == 1 and is_near(plane) and plane_gap(plane, at) < -half[i]:
         plane.normal = -plane.normal  # it is on the sheet's other side, no deeper than half in it
@@ -75,6 +77,7 @@ def find_vertex_planes(
 def find_face_depths(
     surfaces: ToolSurfaces,
     tool: int,
+    turned: wp.mat33d,
     shift: wp.vec3d,
     half: wp.array(dtype=wp.float64),
     radius: wp.float64,
@@ -89,6 +92,7 @@ def find_face_depths(
     Args:
         surfaces: the tools' facets.
         tool: number of the tool.
+        turned: its rotation.
         shift: its translation [m].
         half: half the thickness of the ply [m], shape [vertex].
         radius: how far to look [m].
@@ -109,7 +113,8 @@ def find_face_depths(
             beside = planes[corner[c]]
     if not is_near(beside):
         return
-    at = weighted(weights[k], x[corner[0]], x[corner[1]], x[corner[2]]) - shift
+    place = weighted(weights[k], x[corner[0]], x[corner[1]], x[corner[2]])
+    at = wp.transpose(turned) * (place - shift)
     plane = plane_near(surfaces, tool, at, half[corner[0]], radius, beside)
     if is_near(plane):
         depths[k] = wp.max(-plane_gap(plane, at), wp.float64(0.0))

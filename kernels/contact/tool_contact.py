@@ -1,8 +1,8 @@
-"""Contact of the plies' vertices with rigid tools that translate.
+"""Contact of the plies' vertices with rigid tools that translate and turn.
 
 `find_tool_contacts` runs every few steps: where a vertex has moved, it asks Warp's mesh query for
 the nearest facet and keeps the tangent plane of the smoothed surface there. `add_tool_forces` runs
-every step on those planes. All positions kept here are in the tool's own frame. A slot is a vertex
+every step on those planes. All that is kept here is in the tool's own frame. A slot is a vertex
 of a tool, number tool · vertices + vertex: Warp's CPU code is fastest where all arrays of a kernel
 have one dimension.
 """
@@ -20,6 +20,7 @@ from .surface import (
     to_single,
     weighted,
 )
+from .tool_pose import ToolPoses, velocity_from
 
 SINGLE = wp.constant(wp.float64(1e-6))
 """Beyond the distance known to bound it, a query looks so much farther [m]: it rounds to single."""
@@ -42,7 +43,7 @@ class ToolPlane:
 class ToolHold:
     """What the contact of a vertex with a tool remembers from step to step."""
 
-    spring: wp.vec3d  # stick spring [m]
+    spring: wp.vec3d  # stick spring, tool frame [m]
     dashpot: wp.float64  # force [N]
     pressing: wp.float64  # normal force [N]
     stored: wp.float64  # energy of normal and stick spring [J]
@@ -242,8 +243,7 @@ def find_tool_contacts(
     surfaces: ToolSurfaces,
     search: ToolSearch,
     offset: wp.array(dtype=wp.float64),
-    tool_shift: wp.array(dtype=wp.vec3d),
-    tool_velocity: wp.array(dtype=wp.vec3d),
+    tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     planes: wp.array(dtype=ToolPlane),
@@ -266,8 +266,7 @@ def find_tool_contacts(
         surfaces: the tools' facets.
         search: how far to look.
         offset: half the ply thickness [m], shape [vertex].
-        tool_shift: the tools' translations [m], shape [tool].
-        tool_velocity: over the last step [m/s], shape [tool].
+        tools: where they are, and their velocities over the last step.
         x: positions [m], shape [vertex].
         v: velocities [m/s], shape [vertex].
         planes: shape [tool · vertex]; overwritten where asked anew.
@@ -281,12 +280,18 @@ def find_tool_contacts(
     before = touching[i]
     near = offset[i] + search.reach
     now = wp.int32(0)
-    for tool in range(tool_shift.shape[0]):
+    for tool in range(tools.shift.shape[0]):
         slot = tool * x.shape[0] + i
-        at = x[i] - tool_shift[tool]
+        at = x[i] - tools.shift[tool]
+        moving = v[i] - tools.velocity[tool]
+        if tools.turning.turns[tool] == 1:
+            turned = tools.turned[tool]
+            arm = at - turned * tools.turning.point[tool]
+            moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
+            at = wp.transpose(turned) * at
         moved = wp.length(at - queries[slot].at)
         held = may_touch(before, tool) and is_near(planes[slot])
-        ahead = search.ahead * wp.length(v[i] - tool_velocity[tool])
+        ahead = search.ahead * wp.length(moving)
         used = moved
         if not held:
             used += ahead
@@ -337,8 +342,7 @@ def add_tool_forces(
     pads: wp.array(dtype=Pad),
     rubs: wp.array(dtype=Rub),
     mass: wp.array(dtype=wp.float64),
-    tool_shift: wp.array(dtype=wp.vec3d),
-    tool_velocity: wp.array(dtype=wp.vec3d),
+    tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     planes: wp.array(dtype=ToolPlane),
@@ -346,6 +350,7 @@ def add_tool_forces(
     holds: wp.array(dtype=ToolHold),
     f: wp.array(dtype=wp.vec3d),
     reaction: wp.array(dtype=wp.vec3d),
+    moment: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
 ):
     """Add the tools' contact forces to ``f``; one thread a vertex.
@@ -357,8 +362,7 @@ def add_tool_forces(
         pads: what gives way of a vertex's ply, shape [vertex].
         rubs: friction, shape [tool].
         mass: shape [vertex] [kg].
-        tool_shift: translations [m], shape [tool].
-        tool_velocity: over the last step [m/s], shape [tool].
+        tools: where they are, and their velocities over the last step.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         planes: tangent planes, shape [tool · vertex].
@@ -366,19 +370,29 @@ def add_tool_forces(
         holds: memory of the contacts, shape [tool · vertex]; updated.
         f: forces [N], shape [vertex]; accumulated.
         reaction: forces on the tools [N], shape [place · tool]; accumulated.
+        moment: theirs about a point of the axis of tools that turn [N·m], likewise.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
     i = first + wp.tid()
     bits = touching[i]
     if bits == 0:
         return
-    tools = rubs.shape[0]
-    place = i % (reaction.shape[0] // tools) * tools
-    for tool in range(tools):
+    count = rubs.shape[0]
+    place = i % (reaction.shape[0] // count) * count
+    for tool in range(count):
         if may_touch(bits, tool):
             slot = tool * x.shape[0] + i
             plane = planes[slot]
-            gap = plane_gap(plane, x[i] - tool_shift[tool])
+            offset = x[i] - tools.shift[tool]
+            moving = v[i] - tools.velocity[tool]
+            at = offset
+            turning = tools.turning.turns[tool] == 1
+            if turning:
+                back = wp.transpose(tools.turned[tool])
+                at = back * offset
+                arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
+            gap = plane_gap(plane, at)
             if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
                 t = contact_traction(
                     law,
@@ -388,7 +402,7 @@ def add_tool_forces(
                     rubs[tool],
                     gap,
                     plane.normal,
-                    v[i] - tool_velocity[tool],
+                    moving,
                     holds[slot].spring,
                     holds[slot].dashpot,
                 )
@@ -396,6 +410,11 @@ def add_tool_forces(
                 holds[slot].dashpot = t.dashpot
                 holds[slot].pressing = t.pressing
                 holds[slot].stored = t.stored
-                f[i] += t.force
+                force = t.force
+                if turning:
+                    force = tools.turned[tool] * force
+                    arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                    wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
+                f[i] += force
                 lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-                wp.atomic_sub(reaction, place + tool, t.force)
+                wp.atomic_sub(reaction, place + tool, force)

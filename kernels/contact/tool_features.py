@@ -22,6 +22,7 @@ from .on_ply import (
     settled,
 )
 from .surface import weighted
+from .tool_pose import ToolPoses, out_of_tool, velocity_from
 
 
 @wp.struct
@@ -83,7 +84,7 @@ def find_features(
     facets: PlyFacets,
     ply: SearchedPly,
     first_slot: int,
-    tool_shift: wp.array(dtype=wp.vec3d),
+    tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
@@ -106,7 +107,7 @@ def find_features(
         facets: of all plies.
         ply: the searched one.
         first_slot: of its contacts.
-        tool_shift: the tools' translations [m], shape [tool].
+        tools: where they are.
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: of the vertices, for walks [m], shape [vertex].
@@ -125,7 +126,7 @@ def find_features(
         return
     zero = wp.float64(0.0)
     tool = features.tools[k]
-    at = features.points[k] + tool_shift[tool]
+    at = out_of_tool(tools, tool, features.points[k])
     side = memory[slot].side
     before, had = before_search(law, laws, contacts[slot], x, at, springs[slot], stored[slot])
     contacts[slot].near = 0
@@ -184,7 +185,7 @@ def settle_features(
     search: PlySearch,
     features: Features,
     first_slot: int,
-    tool_shift: wp.array(dtype=wp.vec3d),
+    tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
     springs: wp.array(dtype=wp.vec3d),
     presses: wp.array(dtype=wp.int32),
@@ -201,7 +202,7 @@ def settle_features(
         search: how to look.
         features: points of the tools.
         first_slot: of the contacts with the searched ply.
-        tool_shift: the tools' translations [m], shape [tool].
+        tools: where they are.
         x: positions [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         presses: points that may press a triangle, shape [triangle].
@@ -220,7 +221,7 @@ def settle_features(
     shared = wp.float64(wp.max(presses[facet], 1))
     mass = features.third[facet] / (shared * wp.length_sq(contacts[slot].weights))
     contacts[slot].mass = mass
-    at = features.points[k] + tool_shift[features.tools[k]]
+    at = out_of_tool(tools, features.tools[k], features.points[k])
     jump = wp.max(memory[slot].before - memory[slot].gap, wp.float64(0.0))
     had = memory[slot].had
     allowance, taken = settled(
@@ -237,8 +238,7 @@ def add_feature_forces(
     laws: CompactionLaws,
     features: Features,
     first_slot: int,
-    tool_shift: wp.array(dtype=wp.vec3d),
-    tool_velocity: wp.array(dtype=wp.vec3d),
+    tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     contacts: wp.array(dtype=PlyContact),
@@ -250,6 +250,7 @@ def add_feature_forces(
     lost: wp.array(dtype=wp.vec2d),
     f: wp.array(dtype=wp.vec3d),
     reaction: wp.array(dtype=wp.vec3d),
+    moment: wp.array(dtype=wp.vec3d),
 ):
     """Add the forces between points of tools and the triangles of a ply; one thread a point.
 
@@ -258,8 +259,7 @@ def add_feature_forces(
         laws: of compaction, which points of tools do without.
         features: points of the tools.
         first_slot: of its contacts.
-        tool_shift: the tools' translations [m], shape [tool].
-        tool_velocity: over the last step [m/s], shape [tool].
+        tools: where they are, and their velocities over the last step.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         contacts: shape [slot].
@@ -271,6 +271,7 @@ def add_feature_forces(
         lost: (friction, contact damping) [J], shape [slot]; accumulated.
         f: forces [N], shape [vertex]; accumulated.
         reaction: forces on the tools [N], shape [place · tool]; accumulated.
+        moment: theirs about a point of the axis of tools that turn [N·m], likewise.
     """
     k = wp.tid()
     slot = first_slot + k
@@ -285,13 +286,24 @@ def add_feature_forces(
         return
     tool = features.tools[k]
     contact = contacts[slot]
-    gap = contact_gap(contact, x, features.points[k] + tool_shift[tool])
+    at = out_of_tool(tools, tool, features.points[k])
+    gap = contact_gap(contact, x, at)
     if gap >= zero and stored[slot] == zero:
         return
     a = contact.a
     b = contact.b
     c = contact.c
     w = contact.weights
+    touched = w[0] * x[a] + w[1] * x[b] + w[2] * x[c]
+    moving = w[0] * v[a] + w[1] * v[b] + w[2] * v[c]
+    offset = touched - tools.shift[tool]
+    moving = moving - tools.velocity[tool]
+    spring = springs[slot]
+    arm = offset
+    if tools.turning.turns[tool] == 1:
+        arm = offset - tools.turned[tool] * tools.turning.point[tool]
+        moving = velocity_from(tools.spin[tool], arm, moving, law.time_step)
+        spring += law.time_step * wp.cross(tools.spin[tool], spring)  # it turns with the tool
     t = contact_traction(
         law,
         laws,
@@ -300,8 +312,8 @@ def add_feature_forces(
         contact.rub,
         gap,
         contact.normal,
-        tool_velocity[tool] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),
-        springs[slot],
+        -moving,
+        spring,
         dashpots[slot],
     )
     springs[slot] = t.spring
@@ -314,3 +326,5 @@ def add_feature_forces(
     wp.atomic_sub(f, b, w[1] * t.force)
     wp.atomic_sub(f, c, w[2] * t.force)
     wp.atomic_add(reaction, tool, t.force)
+    if tools.turning.turns[tool] == 1:
+        wp.atomic_add(moment, tool, wp.cross(arm, t.force))

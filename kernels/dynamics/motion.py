@@ -5,13 +5,14 @@ Whatever depends on time reads ``step``, an integer on the device, and tables of
 
 import warp as wp
 
+from ..contact.tool_pose import TurningTools, rotation
+
 
 @wp.struct
 class Medium:
-    """What acts on every vertex alike."""
+    """What acts on every vertex alike, at all times."""
 
     gravity: wp.vec3d  # m/s²
-    rate: wp.float64  # 1/s, mass-proportional damping
     time_step: wp.float64  # s
     speed_limit: wp.float64  # m/s, beyond which the run counts as blown up
 
@@ -39,7 +40,7 @@ def advance_clamped(
 
     Args:
         first: number of the first vertex.
-        medium: gravity, damping, step.
+        medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
@@ -78,6 +79,8 @@ def advance_vertices(
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
     clamp: wp.array(dtype=wp.int32),
+    rates: wp.array(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
     f: wp.array(dtype=wp.vec3d),
@@ -90,10 +93,12 @@ def advance_vertices(
 
     Args:
         first: number of the first vertex.
-        medium: gravity, damping, step.
+        medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
         clamp: index of the clamp that holds the vertex, −1 if free, shape [vertex].
+        rates: mass-proportional damping in each step of the frame [1/s], shape [step + 1].
+        step: number of the step in the frame, shape [1].
         x: positions [m], shape [vertex]; advanced.
         v: velocities [m/s], shape [vertex]; advanced.
         f: forces [N], shape [vertex]; cleared.
@@ -106,13 +111,14 @@ def advance_vertices(
     one = wp.float64(1.0)
     half = wp.float64(0.5)
     dt = medium.time_step
-    drag = half * medium.rate * dt
+    rate = rates[step[0]]
+    drag = half * rate * dt
     load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
     old = v[i]
     new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
-    if medium.rate > wp.float64(0.0):
+    if rate > wp.float64(0.0):
         mean = half * (old + new)
-        loss = medium.rate * mass[i] * dt * wp.dot(mean, mean)
+        loss = rate * mass[i] * dt * wp.dot(mean, mean)
         lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
     if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
         wp.atomic_cas(runaway, 0, -1, i)
@@ -131,32 +137,57 @@ class FloatingTools:
     damping: wp.array(dtype=wp.float64)  # N s/m, shape [tool]
 
 
+@wp.func
+def taken(tool: int, tools: int, each: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
+    """Sum of what contacts have put in the places of a tool, which are cleared."""
+    total = each[tool]
+    for place in range(1, each.shape[0] // tools):
+        total += each[place * tools + tool]
+    for place in range(each.shape[0] // tools):
+        each[place * tools + tool] = wp.vec3d()
+    return total
+
+
 @wp.kernel(enable_backward=False)
 def advance_tools(
     time_step: wp.float64,
     floating: FloatingTools,
+    turning: TurningTools,
     path: wp.array2d(dtype=wp.vec3d),
     force: wp.array2d(dtype=wp.float64),
+    angle: wp.array2d(dtype=wp.float64),
     step: wp.array(dtype=wp.int32),
+    turned: wp.array(dtype=wp.mat33d),
     shift: wp.array(dtype=wp.vec3d),
     velocity: wp.array(dtype=wp.vec3d),
+    spin: wp.array(dtype=wp.vec3d),
     reaction: wp.array(dtype=wp.vec3d),
+    moment: wp.array(dtype=wp.vec3d),
     impulse: wp.array(dtype=wp.vec3d),
+    twist: wp.array(dtype=wp.float64),
     work: wp.array(dtype=wp.float64),
     damped: wp.array(dtype=wp.float64),
 ):
-    """Advance the tools by a step and clear ``reaction``; one thread a tool.
+    """Advance the tools by a step and clear ``reaction`` and ``moment``; one thread a tool.
+
+    The axis of a tool that turns goes where the motion says; about it, x = R (X − c) + c + way.
 
     Args:
         time_step: Δt [s].
         floating: which tools float, and how.
+        turning: which tools turn.
         path: translation of each step of the frame [m], shape [tool, step in frame + 1].
         force: force along the axis of each step [N], shape [tool, step in frame + 1].
+        angle: turned at each step [rad], shape [tool, step in frame + 1].
         step: number of the step in the frame, shape [1].
-        shift: translations [m], shape [tool]; advanced.
-        velocity: velocities [m/s], shape [tool]; advanced.
+        turned: rotations R, shape [tool]; advanced.
+        shift: translations x − R X [m], shape [tool]; advanced.
+        velocity: velocities of the motion [m/s], shape [tool]; advanced.
+        spin: angular velocities [rad/s], shape [tool]; advanced.
         reaction: contact forces on the tools [N], shape [place · tool]; cleared.
+        moment: theirs about the axis's point [N·m], shape [place · tool]; cleared.
         impulse: sum over the steps of the reaction [N], shape [tool]; accumulated.
+        twist: sum over the steps of the moment about the axis [N·m], shape [tool]; accumulated.
         work: work done on the tools from outside [J], shape [tool]; accumulated.
         damped: energy lost in the tools' dashpots [J], shape [tool]; accumulated.
     """
@@ -164,27 +195,35 @@ def advance_tools(
     half = wp.float64(0.5)
     k = step[0]
     old = velocity[t]
-    tools = shift.shape[0]
-    acting = reaction[t]
-    for place in range(1, reaction.shape[0] // tools):
-        acting += reaction[place * tools + t]
-    for place in range(reaction.shape[0] // tools):
-        reaction[place * tools + t] = wp.vec3d()
+    acting = taken(t, shift.shape[0], reaction)
+    carried = wp.vec3d()
+    carried_before = wp.vec3d()
+    if turning.turns[t] == 1:
+        axis = turning.axis[t]
+        c = turning.point[t]
+        carried_before = c - turned[t] * c
+        turned[t] = rotation(axis, angle[t, k + 1])
+        carried = c - turned[t] * c
+        torque = wp.dot(axis, taken(t, shift.shape[0], moment))
+        rate = (angle[t, k + 1] - angle[t, k]) / time_step
+        work[t] -= half * time_step * torque * (wp.dot(axis, spin[t]) + rate)
+        twist[t] += torque
+        spin[t] = rate * axis
     if floating.floats[t] == 1:
-        axis = floating.axis[t]
-        speed = wp.dot(axis, old)
+        along = floating.axis[t]
+        speed = wp.dot(along, old)
         drag = half * time_step * floating.damping[t] / floating.mass[t]
-        push = force[t, k] + wp.dot(axis, acting)
+        push = force[t, k] + wp.dot(along, acting)
         one = wp.float64(1.0)
         new = ((one - drag) * speed + time_step * push / floating.mass[t]) / (one + drag)
         mean = half * (speed + new)
-        velocity[t] = new * axis
-        shift[t] += time_step * new * axis
+        velocity[t] = new * along
+        shift[t] += time_step * new * along + (carried - carried_before)
         work[t] += time_step * force[t, k] * mean
         damped[t] += time_step * floating.damping[t] * mean * mean
     else:
         velocity[t] = (path[t, k + 1] - path[t, k]) / time_step
-        shift[t] = path[t, k + 1]
+        shift[t] = path[t, k + 1] + carried
         work[t] -= half * time_step * wp.dot(acting, old + velocity[t])
     impulse[t] += acting
 

@@ -54,6 +54,8 @@ def push_vertices(
     medium: Medium,
     start: wp.float64,
     mass: wp.array(dtype=wp.float64),
+    rates: wp.array(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
     f: wp.array(dtype=wp.vec3d),
     w: wp.array(dtype=wp.vec3d),
     mean: wp.array(dtype=wp.vec3d),
@@ -63,9 +65,11 @@ def push_vertices(
 
     Args:
         first: number of the first vertex.
-        medium: gravity, damping, step.
+        medium: gravity, step.
         start: y over w at the start of the recurrence [-].
         mass: lumped [kg], shape [vertex].
+        rates: mass-proportional damping in each step of the frame [1/s], shape [step + 1].
+        step: number of the step in the frame, shape [1].
         f: forces [N], shape [vertex]; cleared.
         w: momentum over lumped mass [m/s], shape [vertex]; advanced.
         mean: of w over the step [m/s], shape [vertex]; overwritten where there is damping.
@@ -74,11 +78,12 @@ def push_vertices(
     i = first + wp.tid()
     one = wp.float64(1.0)
     half = wp.float64(0.5)
-    drag = half * medium.rate * medium.time_step
+    rate = rates[step[0]]
+    drag = half * rate * medium.time_step
     old = w[i]
     push = medium.time_step * (f[i] / mass[i] + medium.gravity)
     new = ((one - drag) * old + push) / (one + drag)
-    if medium.rate > wp.float64(0.0):
+    if rate > wp.float64(0.0):
         mean[i] = half * (old + new)
     f[i] = wp.vec3d()
     w[i] = new
@@ -106,6 +111,8 @@ def drift_vertices(
     row: Filter,
     power: Power,
     mass: wp.array(dtype=wp.float64),
+    rates: wp.array(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
     w: wp.array(dtype=wp.vec3d),
     mean: wp.array(dtype=wp.vec3d),
     now: wp.array(dtype=wp.vec3d),
@@ -119,10 +126,12 @@ def drift_vertices(
 
     Args:
         first: number of the first vertex.
-        medium: damping, step, speed limit.
+        medium: step, speed limit.
         row: M⁻¹L.
         power: the last of the recurrence.
         mass: lumped [kg], shape [vertex].
+        rates: mass-proportional damping in each step of the frame [1/s], shape [step + 1].
+        step: number of the step in the frame, shape [1].
         w: momentum over lumped mass [m/s], shape [vertex].
         mean: of w over the step [m/s], shape [vertex], where there is damping.
         now: last term of the recurrence [m/s], shape [vertex].
@@ -134,9 +143,10 @@ def drift_vertices(
     """
     i = first + wp.tid()
     new = next_power(i, row, power, w, now, old)
-    if medium.rate > wp.float64(0.0):
+    rate = rates[step[0]]
+    if rate > wp.float64(0.0):
         drift = wp.float64(0.5) * (v[i] + new)
-        loss = medium.rate * mass[i] * medium.time_step * wp.dot(mean[i], drift)
+        loss = rate * mass[i] * medium.time_step * wp.dot(mean[i], drift)
         lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
     if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
         wp.atomic_cas(runaway, 0, -1, i)

@@ -11,12 +11,6 @@ plain element. Forces are −∂W/∂x. Most patches are pairs, whose forces `pa
 
 import warp as wp
 
-from ..materials.isotropic import (
-    IsotropicMembrane,
-    membrane_energy,
-    membrane_strain,
-    membrane_stress,
-)
 from ..materials.yarns import (
     angle_from_cosine,
     guarded_sine,
@@ -241,58 +235,3 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
             )
 
     return add_patch_forces, measure
-
-
-@wp.kernel(enable_backward=False)
-def add_isotropic_forces(
-    first: int,
-    triangles: wp.array2d(dtype=wp.int32),
-    gradients: wp.array(dtype=wp.vec4d),
-    areas: wp.array(dtype=wp.float64),
-    law: IsotropicMembrane,
-    x: wp.array(dtype=wp.vec3d),
-    f: wp.array(dtype=wp.vec3d),
-):
-    """Add the forces of an isotropic membrane to ``f``; one thread a triangle.
-
-    W = A_t ½ S:E, so ∂W/∂k1 = A_t (S11 k1 + S12 k2) and ∂W/∂k2 = A_t (S12 k1 + S22 k2).
-    """
-    t = first + wp.tid()
-    a = triangles[t, 0]
-    b = triangles[t, 1]
-    c = triangles[t, 2]
-    d = gradients[t]
-    k1 = warp_vector(d, x[b] - x[a], x[c] - x[a])
-    k2 = weft_vector(d, x[b] - x[a], x[c] - x[a])
-    stress = areas[t] * membrane_stress(law, membrane_strain(k1, k2))
-    along_1 = stress[0] * k1 + stress[2] * k2
-    along_2 = stress[2] * k1 + stress[1] * k2
-    add_triangle_loads(a, b, c, d, along_1, along_2, f)
-
-
-@wp.kernel(enable_backward=False)
-def measure_isotropic(
-    triangles: wp.array2d(dtype=wp.int32),
-    gradients: wp.array(dtype=wp.vec4d),
-    areas: wp.array(dtype=wp.float64),
-    law: IsotropicMembrane,
-    x: wp.array(dtype=wp.vec3d),
-    strain: wp.array(dtype=wp.vec2d),
-    line_tension: wp.array(dtype=wp.vec2d),
-    energy: wp.array(dtype=wp.vec3d),
-):
-    """Compute what a triangle of an isotropic sheet shows; one thread a triangle."""
-    t = wp.tid()
-    a = triangles[t, 0]
-    d = gradients[t]
-    edge_b = x[triangles[t, 1]] - x[a]
-    edge_c = x[triangles[t, 2]] - x[a]
-    k1 = warp_vector(d, edge_b, edge_c)
-    k2 = weft_vector(d, edge_b, edge_c)
-    measure_strain = membrane_strain(k1, k2)
-    stress = membrane_stress(law, measure_strain)
-    strain[t] = triangle_strain(k1, k2)
-    line_tension[t] = wp.vec2d(stress[0] * wp.length(k1), stress[1] * wp.length(k2))
-    energy[t] = wp.vec3d(
-        areas[t] * membrane_energy(law, measure_strain), wp.float64(0.0), wp.float64(0.0)
-    )

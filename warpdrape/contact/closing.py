@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 import trimesh
@@ -62,7 +62,7 @@ def closing_tools(scene: Setup) -> list[Closing]:
         scene: what is computed.
     """
     led = [tool for tool in scene.tools if not isinstance(tool.motion, Float)]
-    turns = [time for tool in led for time in tool.motion.turns if time <= scene.duration]
+    turns = [time for tool in led for time in tool.turning_points if time <= scene.duration]
     times = np.unique([*np.linspace(0.0, scene.duration, LOOKS + 1), *turns])
     narrowest: dict[frozenset[str], Closing] = {}
     for one, other in permutations(led, 2):
@@ -77,11 +77,18 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
     """The narrowest place from points of one tool to the surface of another."""
     boxes = [(ply.rest_points.min(axis=0), ply.rest_points.max(axis=0)) for ply in plies]
     thickness = [_thinnest(ply) for ply in plies]
-    way, base = one.motion.displacement(times), other.motion.displacement(times)
+    way, base = ([tool.pose(time) for time in times] for tool in (one, other))
     # So far that tools which pass each other are seen at one instant at least.
-    reach = sum(thickness) + float(np.linalg.norm(np.diff(way - base, axis=0), axis=1).max())
-    low = np.min([low for low, _ in boxes], axis=0) - way.max(axis=0)
-    high = np.max([high for _, high in boxes], axis=0) - way.min(axis=0)
+    seen = np.array([b.into(w.place(_corners(one))) for w, b in zip(way, base, strict=True)])
+    reach = sum(thickness) + float(np.linalg.norm(np.diff(seen, axis=0), axis=2).max())
+    shifts = [pose.shift for pose in way]
+    low = np.min([low for low, _ in boxes], axis=0) - np.max(shifts, axis=0)
+    high = np.max([high for _, high in boxes], axis=0) - np.min(shifts, axis=0)
+    if one.turn is not None:  # any of it may come over the plies
+        low, high = (
+            np.minimum(low, one.vertices.min(axis=0)),
+            np.maximum(high, one.vertices.max(axis=0)),
+        )
     points, normals = _spread(one, low[:2], high[:2])
     if not len(points):
         return None
@@ -96,11 +103,17 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
         wp.launch(
             find_gaps,
             len(points),
-            inputs=[*inputs, mesh.id, wp.vec3f(*(moved - ground)), reach],
+            inputs=[
+                *inputs,
+                mesh.id,
+                wp.mat33f(*(ground.turned.T @ moved.turned).ravel()),
+                wp.vec3f(*ground.into(moved.shift)),
+                reach,
+            ],
             outputs=[gaps],
             device="cpu",
         )
-        at = points + moved
+        at = moved.place(points)
         room = np.zeros(len(points))
         for (low, high), thin in zip(boxes, thickness, strict=True):
             over = (at[:, :2] >= low[:2]) & (at[:, :2] <= high[:2])
@@ -112,6 +125,12 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
             names = (one.name, other.name)
             worst = Closing(names, gap, float(room[k]), float(time), at[k])
     return worst
+
+
+def _corners(tool: Tool) -> np.ndarray:
+    """Corners of a box that holds a tool [m], shape [8, 3]."""
+    low, high = tool.vertices.min(axis=0), tool.vertices.max(axis=0)
+    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def _thinnest(ply: Ply) -> float:

@@ -18,6 +18,7 @@ from warpdrape.kernels.contact.face_depths import find_face_depths, find_vertex_
 from warpdrape.kernels.contact.tool_contact import ToolPlane
 from warpdrape.setup import Setup
 from warpdrape.state import State
+from warpdrape.tools.pose import Pose
 
 BETWEEN = np.array([[0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0], [1.0 / 3.0] * 3])
 """Places of a triangle that are looked at besides its corners: middles of sides, its centre."""
@@ -52,15 +53,16 @@ class FaceDepths:
         Args:
             state: the state now.
         """
-        found = [self._depths(*tool, state) for tool in enumerate(state.tools.shift.numpy())]
+        found = [self._depths(*tool, state) for tool in enumerate(state.tools.poses())]
         return np.array(found).reshape(-1, 2)
 
-    def _depths(self, tool: int, shift: np.ndarray, state: State) -> tuple[float, float]:
+    def _depths(self, tool: int, pose: Pose, state: State) -> tuple[float, float]:
         places, device = len(self._corners), self._device
         at_vertices, between = (
             wp.empty(count, dtype=wp.float64, device=device) for count in (self._vertices, places)
         )
-        known = [self._surfaces, tool, wp.vec3d(*shift), self._half, self._radius, state.plies.x]
+        place = [wp.mat33d(*pose.turned.ravel()), wp.vec3d(*pose.shift)]
+        known = [self._surfaces, tool, *place, self._half, self._radius, state.plies.x]
         outputs = [self._planes, at_vertices]
         wp.launch(find_vertex_planes, self._vertices, known, outputs, device=device)
         inputs = [*known, self._planes, self._corners, self._weights]

@@ -19,6 +19,7 @@ from warpdrape.interaction import Span
 from warpdrape.kernels.contact.passages import find_depths
 from warpdrape.setup import Setup
 from warpdrape.state import State
+from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 
 PASSED = 0.6
@@ -74,7 +75,7 @@ class Passages:
         """
         if not self._tools:
             return None
-        x, shifts = state.plies.x.numpy(), state.tools.shift.numpy()
+        x, poses = state.plies.x.numpy(), state.tools.poses()
         worst, found = PASSED, None
         for number, (span, mesh, sides) in enumerate(
             zip(self._spans, self._plies, self._sides, strict=True)
@@ -83,10 +84,9 @@ class Passages:
             mesh.points.assign(now.astype(np.float32))
             mesh.refit()
             for tool, sought in self._tools:
-                shift = shifts[tool]
-                if not sought.may_meet(now, shift):
+                if not sought.may_meet(poses[tool].into(now)):
                     continue
-                depth, facet = sought.depths(mesh, shift, float(sides.max()))
+                depth, facet = sought.depths(mesh, poses[tool], float(sides.max()))
                 share = np.where(depth > 0.0, depth / sides[facet], 0.0)
                 at = int(np.argmax(share))
                 if share[at] > worst:
@@ -107,19 +107,24 @@ class _Sought:
         self._depth = wp.zeros(len(points), dtype=wp.float32, device=device)
         self._facet = wp.zeros(len(points), dtype=wp.int32, device=device)
 
-    def may_meet(self, points: np.ndarray, shift: np.ndarray) -> bool:
-        """Whether the tool's box, moved, meets that of points [n, 3]."""
-        low, high = self._low + shift, self._high + shift
+    def may_meet(self, points: np.ndarray) -> bool:
+        """Whether the tool's box meets that of points [n, 3] in its frame."""
+        low, high = self._low, self._high
         return bool((points.min(axis=0) <= high).all() and (points.max(axis=0) >= low).all())
 
-    def depths(
-        self, ply: wp.Mesh, shift: np.ndarray, reach: float
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def depths(self, ply: wp.Mesh, pose: Pose, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """How deep each point reaches [m], and through which of the ply's triangles."""
         wp.launch(
             find_depths,
             len(self._points),
-            inputs=[self._points, self._mesh.id, wp.vec3f(*shift), ply.id, reach],
+            inputs=[
+                self._points,
+                self._mesh.id,
+                wp.mat33f(*pose.turned.ravel()),
+                wp.vec3f(*pose.shift),
+                ply.id,
+                reach,
+            ],
             outputs=[self._depth, self._facet],
             device=self._points.device,
         )

@@ -68,9 +68,11 @@ class _Held:
     ) -> None:
         count, x = len(contact.meshes), state.plies.x.numpy()
         planes = memory.planes.numpy().reshape(count, -1)
-        at = x[None] - state.tools.shift.numpy()[:, None]
-        self.normals = planes["normal"]
-        self.depth = np.maximum(planes["level"] - (self.normals * at).sum(axis=2), 0.0)
+        poses = state.tools.poses()
+        at = np.array([pose.into(x) for pose in poses])
+        self.depth = np.maximum(planes["level"] - (planes["normal"] * at).sum(axis=2), 0.0)
+        turned = [pose.direct(n) for pose, n in zip(poses, planes["normal"], strict=True)]
+        self.normals = np.array(turned)
         self.pressed = (memory.holds.numpy()["stored"] > 0.0).reshape(count, -1)
         self.thickness = 2.0 * contact.offset.numpy()
         self.rooms = rooms

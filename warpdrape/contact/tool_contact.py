@@ -12,6 +12,7 @@ import warp as wp
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
+from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
@@ -24,6 +25,7 @@ from warpdrape.kernels.contact.tool_contact import (
     add_tool_forces,
     find_tool_contacts,
 )
+from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing
@@ -74,6 +76,7 @@ class ToolContact:
         laws: of compaction.
         pads: what gives way of each vertex's ply, shape [vertex].
         search: how far searches look.
+        turning: which tools turn.
     """
 
     device: str
@@ -85,6 +88,7 @@ class ToolContact:
     laws: CompactionLaws
     pads: wp.array
     search: ToolSearch
+    turning: TurningTools
     name: str = "tool contact"
     searches: str = "tool search"
 
@@ -106,7 +110,7 @@ class ToolContact:
     def launches(self, share: Share, bodies: Bodies, memory: ToolMemory) -> Launches:
         """Searches and forces of a part's own vertices."""
         plies, tools = bodies.plies, bodies.tools
-        moving = [tools.shift, tools.velocity, plies.x, plies.v]
+        moving = [tool_poses(self.turning, tools), plies.x, plies.v]
         find, push = [], []
         for first, count in share.vertices:
             inputs = [first, self.surfaces, self.search, self.offset, *moving]
@@ -116,7 +120,7 @@ class ToolContact:
             known = [memory.planes, memory.touching]
             inputs = [first, self.law, self.laws, self.pads, self.surfaces.rubs, self.mass]
             inputs += [*moving, *known]
-            outputs = [memory.holds, plies.f, tools.reaction, plies.lost]
+            outputs = [memory.holds, plies.f, tools.reaction, tools.moment, plies.lost]
             push.append(Launch(add_tool_forces, count, inputs, outputs))
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
@@ -162,6 +166,7 @@ def build(
         pads.laws,
         pads.at_vertices(scene, device),
         _tool_search(scene, timing),
+        turning_tools(scene, device),
     )
 
 

@@ -14,11 +14,13 @@ from warpdrape.contact.friction import rubs
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import on_corners
+from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import tool_features as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_features import Features, SearchedPly
+from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing
@@ -71,6 +73,7 @@ class FeatureContact:
         plies: the searched plies, for the kernels.
         law: the contact law.
         laws: of compaction, which points of tools do without.
+        turning: which tools turn.
     """
 
     device: str
@@ -82,6 +85,7 @@ class FeatureContact:
     plies: tuple[SearchedPly, ...]
     law: ContactLaw
     laws: CompactionLaws
+    turning: TurningTools
     name: str = "tool features"
     searches: str = "feature search"
 
@@ -125,7 +129,8 @@ class FeatureContact:
     def _search(
         self, bodies: Bodies, memory: FeatureContactMemory, *, asking: bool
     ) -> tuple[Launch, ...]:
-        x, shift, surfaces = bodies.plies.x, bodies.tools.shift, self.surfaces
+        x, surfaces = bodies.plies.x, self.surfaces
+        tools = tool_poses(self.turning, bodies.tools)
         inputs = [memory.contacts, memory.seen]
         forget = Launch(kernels.forget_presses, memory.seen.size, inputs, [memory.presses])
         find, settle = [], []
@@ -140,13 +145,13 @@ class FeatureContact:
                 surfaces.facets,
                 ply,
                 first,
-                shift,
+                tools,
                 x,
             ]
             inputs += [surfaces.normals, surfaces.hollows, memory.springs, memory.stored]
             outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
             find.append(Launch(kernels.find_features, self.count, inputs, outputs))
-            inputs = [self.law, self.laws, search, self.features, first, shift, x]
+            inputs = [self.law, self.laws, search, self.features, first, tools, x]
             inputs += [memory.springs, memory.presses]
             outputs = [memory.seen, memory.contacts, memory.spent, memory.lost]
             settle.append(Launch(kernels.settle_features, self.count, inputs, outputs))
@@ -155,10 +160,10 @@ class FeatureContact:
     def _forces(self, number: int, bodies: Bodies, memory: FeatureContactMemory) -> Launch:
         plies, tools = bodies.plies, bodies.tools
         inputs = [self.law, self.laws, self.features, number * self.count]
-        inputs += [tools.shift, tools.velocity, plies.x, plies.v, memory.contacts]
+        inputs += [tool_poses(self.turning, tools), plies.x, plies.v, memory.contacts]
         kept = [memory.springs, memory.dashpots, memory.stored, memory.pressing]
         kept += [memory.spent, memory.lost]
-        outputs = [*kept, plies.f, tools.reaction]
+        outputs = [*kept, plies.f, tools.reaction, tools.moment]
         return Launch(kernels.add_feature_forces, self.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: FeatureContactMemory) -> Measured:
@@ -222,6 +227,7 @@ def build(
         searched.half = 0.5 * ply.fabric.thickness
         plies.append(searched)
     law = contact_law(scene, timing.time_step, device)
+    turning = turning_tools(scene, device)
     return FeatureContact(
-        device, scene, timing, spans, surfaces, features, tuple(plies), law, pads.laws
+        device, scene, timing, spans, surfaces, features, tuple(plies), law, pads.laws, turning
     )

@@ -15,7 +15,7 @@ from warpdrape.blanks.outlines import Rectangle
 from warpdrape.coupons.closed_forms import yarn_tensions
 from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.materials.fabric import Fabric
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import Unwoven
 from warpdrape.numerics import Numerics
 from warpdrape.results.quasi_static import calm_from
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, RunFolder
@@ -43,7 +43,7 @@ def check_woven(fabric: Fabric) -> None:
     Raises:
         InputError: if it has no yarns, or they are not at right angles.
     """
-    if isinstance(fabric.tension, IsotropicMembrane):
+    if isinstance(fabric.tension, Unwoven):
         raise InputError(f"fabric {fabric.name!r} has no yarns: give a woven one")
     if abs(fabric.yarn_angle - 0.5 * math.pi) > 1e-9:
         raise InputError(

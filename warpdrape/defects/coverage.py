@@ -7,18 +7,19 @@ import math
 import numpy as np
 
 from warpdrape.defects.gaps import SurfaceGaps
+from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 
 SAMPLES = 20000
 """Points of a tool's surface at which it is asked for a ply."""
 
 
-def coverage(tool: Tool, shift: np.ndarray, plies: list[SurfaceGaps], reach: float) -> float:
+def coverage(tool: Tool, pose: Pose, plies: list[SurfaceGaps], reach: float) -> float:
     """Share of a tool's surface within a distance of any ply [-].
 
     Args:
         tool: where it stands at the start.
-        shift: its translation since [m], shape [3].
+        pose: where it is.
         plies: the formed plies' surfaces.
         reach: distance to the middle of the farthest ply that still lies on the tool [m].
     """
@@ -26,7 +27,7 @@ def coverage(tool: Tool, shift: np.ndarray, plies: list[SurfaceGaps], reach: flo
     covered = np.zeros(len(points), dtype=bool)
     for ply in plies:
         open_points = np.flatnonzero(~covered)
-        way = ply.ways(points[open_points] + shift, 2.0 * reach)
+        way = ply.ways(pose.place(points[open_points]), 2.0 * reach)
         covered[open_points] = np.linalg.norm(way, axis=1) < reach
     return float(shares[covered].sum() / shares.sum())
 

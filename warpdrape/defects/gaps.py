@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.kernels.defects.gaps import compute_hits, compute_surface_ways
+from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 
 DEVICE = "cpu"
@@ -84,30 +85,32 @@ class ToolGaps:
     def _surfaces(self) -> list[SurfaceGaps]:
         return [_surface(tool) for tool in self.tools]
 
-    def ways(self, points: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    def ways(self, points: np.ndarray, poses: Sequence[Pose]) -> np.ndarray:
         """Ways from the nearest point of each tool to each point [m], shape [tool, n, 3].
 
         Args:
             points: [m], shape [n, 3].
-            shifts: translation of each tool since the start [m], shape [tool, 3].
+            poses: where each tool is.
         """
         found = np.zeros((len(self.tools), len(points), 3))
         for number, surface in enumerate(self._surfaces):
-            found[number] = surface.ways(points - shifts[number])
+            pose = poses[number]
+            found[number] = pose.direct(surface.ways(pose.into(points)))
         return found
 
-    def beneath(self, points: np.ndarray, normals: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    def beneath(self, points: np.ndarray, normals: np.ndarray, poses: Sequence[Pose]) -> np.ndarray:
         """Which tools lie straight under or over points, shape [tool, n].
 
         Args:
             points: [m], shape [n, 3].
             normals: of the ply there, shape [n, 3].
-            shifts: translation of each tool since the start [m], shape [tool, 3].
+            poses: where each tool is.
         """
         found = np.zeros((len(self.tools), len(points)), dtype=bool)
         for number, surface in enumerate(self._surfaces):
-            at = points - shifts[number]
-            found[number] = surface.is_met(at, normals) | surface.is_met(at, -normals)
+            pose = poses[number]
+            at, along = pose.into(points), pose.into_directions(normals)
+            found[number] = surface.is_met(at, along) | surface.is_met(at, -along)
         return found
 
 

@@ -4,7 +4,7 @@ Shear and strain change a triangle's area from A0 to A; its fibres stay in it. A
 V_f = m/(ρ t) · A0/A with the areal density m of the flat fabric and the density ρ of its fibres,
 which is V_f0 · A0/A at constant thickness. The thickness is the fabric's own, or what its
 compaction law gives at the pressure there: without a law none is computed, and the ply does not
-thicken as it is sheared.
+thicken as it is sheared. Rubber keeps its volume, and t = t0 A0/A.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.laws import MooneyRivlin
 
 
 def area_ratios(flat: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -44,7 +45,10 @@ def yarn_area_ratios(strain: np.ndarray, shear: np.ndarray, yarn_angle: float) -
 
 
 def thicknesses(
-    fabric: Fabric, pressures: Sequence[np.ndarray], triangles: np.ndarray
+    fabric: Fabric,
+    pressures: Sequence[np.ndarray],
+    triangles: np.ndarray,
+    ratios: np.ndarray | float = 1.0,
 ) -> np.ndarray:
     """Thickness of a ply in its triangles [m], shape [m].
 
@@ -52,7 +56,10 @@ def thicknesses(
         fabric: of the ply.
         pressures: of plies and tools on its vertices [Pa], each of shape [n]; the largest counts.
         triangles: vertices, shape [m, 3].
+        ratios: A/A0 [-], shape [m]; it matters to rubber alone.
     """
+    if isinstance(fabric.tension, MooneyRivlin):
+        return fabric.thickness / np.maximum(ratios, 1e-12)
     if fabric.compaction is None or not len(pressures):
         return np.full(len(triangles), fabric.thickness)
     pressure = np.max(pressures, axis=0)

@@ -48,7 +48,15 @@ def advance_plies(part: Part) -> None:
         wp.launch(
             advance_vertices,
             count,
-            inputs=[first, model.medium, model.mass, model.added_mass, model.clamp],
+            inputs=[
+                first,
+                model.medium,
+                model.mass,
+                model.added_mass,
+                model.clamp,
+                state.loads.damping,
+                state.step,
+            ],
             outputs=[plies.x, plies.v, plies.f, plies.lost, plies.runaway],
             device=model.device,
         )
@@ -61,7 +69,14 @@ def push_plies(part: Part) -> None:
         wp.launch(
             push_vertices,
             count,
-            inputs=[first, model.medium, model.selective.start, model.mass],
+            inputs=[
+                first,
+                model.medium,
+                model.selective.start,
+                model.mass,
+                state.loads.damping,
+                state.step,
+            ],
             outputs=[state.plies.f, state.scaled.w, state.scaled.mean_w, state.scaled.power_now],
             device=model.device,
         )
@@ -87,7 +102,8 @@ def raise_power_of(part: Part, number: int) -> None:
                 device=model.device,
             )
             continue
-        carried = [model.mass, state.scaled.w, state.scaled.mean_w, now, old]
+        rates = [state.loads.damping, state.step]
+        carried = [model.mass, *rates, state.scaled.w, state.scaled.mean_w, now, old]
         wp.launch(
             drift_vertices,
             count,
@@ -106,15 +122,21 @@ def end_step(model: Model, state: State) -> None:
             inputs=[
                 model.timing.time_step,
                 model.floating,
+                model.turning,
                 state.tools.path,
                 state.tools.force,
+                state.tools.angle,
                 state.step,
             ],
             outputs=[
+                state.tools.turned,
                 state.tools.shift,
                 state.tools.velocity,
+                state.tools.spin,
                 state.tools.reaction,
+                state.tools.moment,
                 state.tools.impulse,
+                state.tools.twist,
                 state.tools.work,
                 state.tools.damped,
             ],

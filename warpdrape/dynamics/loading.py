@@ -17,7 +17,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.forces.membrane import flat_gradients
 from warpdrape.materials.law_curves import sample_couples
 from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import Unwoven
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, frame_times
 
@@ -39,7 +39,7 @@ def reference_energy(plies: tuple[Ply, ...]) -> float:
     total = 0.0
     for ply in plies:
         _, areas = flat_gradients(ply)
-        if isinstance(ply.fabric.tension, IsotropicMembrane):
+        if isinstance(ply.fabric.tension, Unwoven):
             sheared = 0.5 * initial_shear_stiffness(ply.fabric) * UNLOADED_SHEAR**2
         else:
             sheared = float(sample_couples(ply.fabric, np.array([UNLOADED_SHEAR]))[1][0])

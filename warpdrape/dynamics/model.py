@@ -8,11 +8,13 @@ from itertools import accumulate
 import numpy as np
 import warp as wp
 
+from warpdrape.contact.tool_pose import turning_tools
 from warpdrape.dynamics.floating import floating_tools
 from warpdrape.dynamics.interactions import FORCES, build_contacts
 from warpdrape.dynamics.selective_mass import SelectiveMass, build_selective_mass, start_scaled
 from warpdrape.dynamics.time_step import LumpedMass, lump_masses
 from warpdrape.interaction import Force, Interaction, Span
+from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
 from warpdrape.setup import Setup
 from warpdrape.state import State, start_clamps, start_loads, start_plies, start_tools
@@ -40,7 +42,8 @@ class Model:
         rest: positions at the start [m], shape [vertex].
         clamp: clamp that holds a vertex, −1 if free, shape [vertex].
         floating: which tools float.
-        medium: gravity and damping.
+        turning: which tools turn.
+        medium: gravity, and limits.
     """
 
     scene: Setup
@@ -56,6 +59,7 @@ class Model:
     rest: wp.array
     clamp: wp.array
     floating: FloatingTools
+    turning: TurningTools
     medium: Medium
 
     @property
@@ -102,6 +106,7 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, spans), dtype=wp.int32, device=device),
         floating=floating_tools(scene, device),
+        turning=turning_tools(scene, device),
         medium=_medium(scene, timing),
     )
 
@@ -126,7 +131,6 @@ def _clamp_index(scene: Setup, spans: tuple[Span, ...]) -> np.ndarray:
 def _medium(scene: Setup, timing: Timing) -> Medium:
     medium = Medium()
     medium.gravity = wp.vec3d(*np.asarray(scene.gravity, dtype=float))
-    medium.rate = scene.numerics.damping
     medium.time_step = timing.time_step
     medium.speed_limit = max(RUNAWAY * peak_speed(scene), 500.0)
     return medium

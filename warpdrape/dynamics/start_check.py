@@ -47,8 +47,7 @@ def check_tools(scene: Setup) -> None:
         InputError: naming tool and ply, and how far to move the tool.
     """
     for tool, features in zip(scene.tools, points_of(scene), strict=True):
-        start = np.zeros(3) if isinstance(tool.motion, Float) else tool.motion.displacement(0.0)
-        points = tool.vertices + start
+        points = tool.pose(0.0).place(tool.vertices)
         for ply in scene.plies:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
@@ -149,7 +148,8 @@ def check_loading(scene: Setup) -> None:
     Raises:
         InputError: if nothing moves but the plies.
     """
-    led = any(thing.motion.peak_speed > 0.0 for thing in (*scene.tools, *scene.clamps))
+    led = any(tool.peak_speed > 0.0 for tool in scene.tools)
+    led |= any(clamp.motion.peak_speed > 0.0 for clamp in scene.clamps)
     turned = any(clamp.matrix is not None for clamp in scene.clamps)
     pressed = any(isinstance(tool.motion, Float) for tool in scene.tools)
     pressed = pressed or bool(scene.pressures)
@@ -204,8 +204,10 @@ def check_contacts(model: Model, state: State) -> None:
     scene = model.scene
     limit = START_TOLERANCE * min(ply.fabric.thickness for ply in scene.plies)
     Stepper(model, state).begin(np.zeros(1))
-    if scene.tools:  # a path may start away from zero
-        state.tools.shift.assign(state.tools.path.numpy()[:, 0])
+    if scene.tools:  # a path may start away from zero, and a turn
+        poses = [tool.pose(0.0) for tool in scene.tools]
+        state.tools.shift.assign(np.array([pose.shift for pose in poses]))
+        state.tools.turned.assign(np.array([pose.turned for pose in poses]))
     search_contacts(model, state)
     met = met_in_contact(measure(model, state))
     for tool, entry in zip(scene.tools, met.get("tools", ()), strict=True):

@@ -18,6 +18,7 @@ from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
 from warpdrape.forces.pressure import along_normals
 from warpdrape.interaction import Launch
+from warpdrape.over_time import over_time
 from warpdrape.state import State
 from warpdrape.timing import frame_times
 from warpdrape.tools.motion import Float
@@ -266,20 +267,24 @@ class Stepper:
         time = np.pad(times, (0, model.timing.steps_ahead + 1 - len(times)), mode="edge")
         if scene.tools:
             shape = (len(scene.tools), len(time))
-            path, force = np.zeros((*shape, 3)), np.zeros(shape)
+            path, force, angle = np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape)
             for k, tool in enumerate(scene.tools):
                 if isinstance(tool.motion, Float):
                     force[k] = tool.motion.force_at(time)
                 else:
                     path[k] = tool.motion.displacement(time)
+                if tool.turn is not None:
+                    angle[k] = tool.turn.at(time)
             state.tools.path.assign(path)
             state.tools.force.assign(force)
+            state.tools.angle.assign(angle)
         if scene.clamps:
             shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
             eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
             matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
             state.clamps.shift.assign(shift.reshape(-1, 3))
             state.clamps.matrix.assign(np.concatenate(matrix))
+        state.loads.damping.assign(over_time(scene.numerics.damping, time))
         if scene.pressures:
             state.loads.pressure.assign(along_normals(scene, time))
         state.step.zero_()

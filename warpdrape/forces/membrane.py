@@ -16,8 +16,8 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
+from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.pairs import PairMemory, TwoPairs, make_pair_forces
-from warpdrape.kernels.materials.isotropic import IsotropicMembrane as IsotropicStruct
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_data import (
     initial_shear_stiffness,
@@ -27,13 +27,20 @@ from warpdrape.materials.law_data import (
     tension_stiffness,
     tension_struct,
 )
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import IsotropicMembrane, MooneyRivlin, Unwoven
 from warpdrape.materials.softening import soften, softening_entries, softening_warnings
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
 
 SHEAR_RANGE = math.radians(75.0)
 """Shear angle up to which the stable step covers the shear law [rad], past any locking."""
+
+
+_SHEETS = {
+    IsotropicMembrane: (sheet.add_isotropic_forces, sheet.measure_isotropic),
+    MooneyRivlin: (sheet.add_rubber_forces, sheet.measure_rubber),
+}
+"""Kernels of the forces, and of what is shown, of sheets without yarns."""
 
 
 class Load(NamedTuple):
@@ -113,10 +120,12 @@ class Membranes:
     Attributes:
         plies: one for each ply.
         softening: divisor of the yarns' tensions [-].
+        woven: which plies have yarns.
     """
 
     plies: tuple[Membrane, ...]
     softening: float
+    woven: tuple[bool, ...]
     name: str = "membrane"
     searches: str = ""
 
@@ -166,7 +175,8 @@ class Membranes:
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict[str, float], list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
-        strain = max(float(of_ply["strain"].max()) for of_ply in fields)
+        woven = [of_ply for of_ply, yes in zip(fields, self.woven, strict=True) if yes]
+        strain = max((float(of_ply["strain"].max()) for of_ply in woven), default=0.0)
         found = softening_entries(self.softening, history, strain)
         return found, softening_warnings(found)
 
@@ -177,6 +187,7 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Membranes:
     return Membranes(
         tuple(build_membrane(ply, scene.numerics, span, device) for ply, span in plies),
         scene.numerics.yarn_softening,
+        tuple(not isinstance(ply.fabric.tension, Unwoven) for ply in scene.plies),
     )
 
 
@@ -201,6 +212,9 @@ def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], 
     back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4.
     """
     fabric = ply.fabric
+    if isinstance(fabric.tension, MooneyRivlin):
+        stiffness = fabric.tension.stiffest * fabric.thickness
+        return (stiffness, stiffness), 0.0
     if isinstance(fabric.tension, IsotropicMembrane):
         sheet = fabric.tension
         stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
@@ -225,7 +239,7 @@ def yarn_viscosity(fabric: Fabric, numerics: Numerics) -> tuple[float, float]:
     A share of their stiffness in tension; none where tension and compression are alike, since it is
     the corner between them that makes central differences unstable.
     """
-    if isinstance(fabric.tension, IsotropicMembrane):
+    if isinstance(fabric.tension, Unwoven):
         return 0.0, 0.0
     yarns = soften(fabric, numerics.yarn_softening)
     if yarns.compressive_factor >= 1.0:
@@ -250,12 +264,12 @@ def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Mem
     gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
     area_array = wp.array(areas, dtype=wp.float64, device=device)
     common = [numbered, gradient_array, area_array]
-    if isinstance(fabric.tension, IsotropicMembrane):
-        law = IsotropicStruct()
-        law.stiffness, law.poisson = fabric.tension.stiffness, fabric.tension.poisson
-        loads = (Load(kernels.add_isotropic_forces, len(flat), [0, *common, law]),)
+    if isinstance(fabric.tension, Unwoven):
+        law = tension_struct(fabric, device)
+        add_forces, measure = _SHEETS[type(fabric.tension)]
+        loads = (Load(add_forces, len(flat), [0, *common, law]),)
         order = np.arange(len(flat))
-        measurement = (kernels.measure_isotropic, len(flat), [*common, law])
+        measurement = (measure, len(flat), [*common, law])
     else:
         loads, order, measurement = _yarn_launches(
             ply, numerics, span.first_vertex, common, gradients, areas, device

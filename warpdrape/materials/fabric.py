@@ -6,23 +6,27 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from warpdrape.errors import InputError, finite, nearest, positive, said
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.laws import (
     CrimpInterchange,
-    IsotropicMembrane,
+    MooneyRivlin,
     NoShear,
     ShearLaw,
     ShearTable,
     TensionLaw,
+    Unwoven,
     falling_angle,
 )
 from warpdrape.wording import value
 
 MOST_FIBRES = 0.907
 """Share of a ply that round fibres can fill at most [-]: π/√12, side by side."""
+THICKEST = 0.1
+"""Thickness beyond which a ply's must have been given in millimetres [m]."""
 MOST_STRAIN = 0.5
 """Strain beyond which a yarn cannot have failed only then [-]."""
 STATUSES = ("measured", "second-hand", "inferred", "assumed")
@@ -111,7 +115,7 @@ class Fabric:
         positive("cell_weft", self.cell_weft, unit="m")
         if self.areal_density > 100.0:
             raise InputError(f"areal_density = {self.areal_density} kg/m²: give kg/m², not g/m²")
-        if self.thickness > 0.1:
+        if self.thickness > THICKEST:
             raise InputError(f"thickness = {self.thickness} m: give metres, not millimetres")
         if not 0.0 <= finite("compressive_factor", self.compressive_factor) <= 1.0:
             raise InputError(f"compressive_factor = {self.compressive_factor} must lie in 0 … 1")
@@ -123,11 +127,11 @@ class Fabric:
             raise InputError(f"tension = {said(self.tension)} is not a tension law")
         if not isinstance(self.shear, ShearLaw):
             raise InputError(f"shear = {said(self.shear)} is not a shear law")
-        if isinstance(self.tension, IsotropicMembrane) and (
+        if isinstance(self.tension, Unwoven) and (
             not isinstance(self.shear, NoShear) or abs(self.yarn_angle - math.pi / 2) > 1e-12
         ):
             raise InputError(
-                "an isotropic membrane shears by its own law: leave shear and yarn_angle out"
+                "a sheet without yarns shears by its own law: leave shear and yarn_angle out"
             )
         if not isinstance(self.bending, Bending | BendingCurve | None):
             raise InputError(
@@ -187,6 +191,48 @@ class Fabric:
             value = getattr(self, name)
             if value is not None and positive(name, value) > MOST_STRAIN:
                 raise InputError(f"{name} = {value} is above {MOST_STRAIN:g}: give 0.015 for 1.5 %")
+
+    @classmethod
+    def rubber(
+        cls,
+        name: str,
+        *,
+        thickness: float,
+        density: float,
+        c10: float,
+        c01: float = 0.0,
+        largest_stretch: float = 3.0,
+        bends: bool = True,
+        **options: Any,
+    ) -> Fabric:
+        """A sheet of incompressible rubber, such as a diaphragm: see `laws.MooneyRivlin`.
+
+        Args:
+            name: how scenes and files call it.
+            thickness: of the flat sheet [m].
+            density: of the rubber [kg/m³].
+            c10: Mooney–Rivlin constant C10 [Pa]; alone, half the shear modulus.
+            c01: Mooney–Rivlin constant C01 [Pa].
+            largest_stretch: up to which the time step is stable, and the constants hold [-].
+            bends: whether it resists bending as a solid sheet of its flat thickness does, which a
+                ply must to touch itself.
+            options: of the fabric.
+        """
+        law = MooneyRivlin(c10, c01, largest_stretch)
+        if positive("thickness", thickness, unit="m") > THICKEST:
+            raise InputError(f"thickness = {thickness} m: give metres, not millimetres")
+        if positive("density", density, unit="kg/m³") < 50.0:
+            raise InputError(f"density = {density:g} kg/m³: give kg/m³, 1100 and not 1.1")
+        young = 3.0 * law.shear_modulus * thickness
+        bending = Bending.of_sheet(young, 0.5, thickness) if bends else None
+        return cls(
+            name=name,
+            areal_density=density * thickness,
+            thickness=thickness,
+            tension=law,
+            bending=bending,
+            **options,
+        )
 
     @property
     def bends(self) -> bool:

@@ -16,9 +16,12 @@ from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
     LinearTension,
+    MooneyRivlin,
     NoShear,
     ShearTable,
     TabulatedTension,
+    TensionLaw,
+    Unwoven,
 )
 
 WIDTH = 96
@@ -28,6 +31,7 @@ _TENSION_NAMES = {
     TabulatedTension: "table of biaxial tensions",
     CrimpInterchange: "crimp interchange",
     IsotropicMembrane: "isotropic membrane in place of yarns",
+    MooneyRivlin: "incompressible rubber (Mooney–Rivlin) in place of yarns",
 }
 
 
@@ -56,7 +60,7 @@ def _heading(fabric: Fabric) -> str:
     couple = "no shear stiffness" if isinstance(shear, NoShear) else "odd polynomial"
     if isinstance(shear, ShearTable):
         couple = "curve through points"
-    if isinstance(fabric.tension, IsotropicMembrane):
+    if isinstance(fabric.tension, Unwoven):
         couple = "that of the membrane"
     lines.append(f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}")
     return "\n".join(lines)
@@ -70,7 +74,7 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
     ]
     if fabric.fibre_density is not None:
         values.append(("fibre_density", f"{fabric.fibre_density:.4g} kg/m³"))
-    yarns = not isinstance(fabric.tension, IsotropicMembrane)
+    yarns = not isinstance(fabric.tension, Unwoven)
     if yarns:
         values += [
             ("cell_warp", f"{fabric.cell_warp:.4g} m"),
@@ -123,7 +127,7 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
 
 
 def _tension_values(
-    law: LinearTension | TabulatedTension | CrimpInterchange | IsotropicMembrane,
+    law: TensionLaw,
 ) -> list[tuple[str, str]]:
     match law:
         case LinearTension():
@@ -141,6 +145,12 @@ def _tension_values(
                 ("stiffness_warp", f"{law.stiffness_warp:.6g} N"),
                 ("stiffness_weft", f"{law.stiffness_weft:.6g} N"),
             ]
+        case MooneyRivlin():
+            return [
+                ("c10", f"{law.c10:.6g} Pa"),
+                ("c01", f"{law.c01:.6g} Pa"),
+                ("largest_stretch", f"{law.largest_stretch:.4g}"),
+            ]
         case _:
             return [("stiffness", f"{law.stiffness:.4g} N/m"), ("poisson", f"{law.poisson:.4g}")]
 
@@ -148,7 +158,7 @@ def _tension_values(
 def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
     """What follows from the values, as rows of a table."""
     rows = [("computed from these", "")]
-    if not isinstance(fabric.tension, IsotropicMembrane):
+    if not isinstance(fabric.tension, Unwoven):
         b1, b2 = fabric.yarn_width
         rows += [
             ("yarns per cm, warp and weft", f"{0.01 / b1:.4g}, {0.01 / b2:.4g}"),
@@ -229,9 +239,27 @@ def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
     figure.savefig(path, dpi=120)
 
 
+def _plot_rubber(fabric: Fabric, axes) -> None:
+    """Nominal line tension over stretch, pulled one way with free sides, and both ways."""
+    law, step = fabric.tension, 1e-5
+    stretch = np.linspace(1.0, law.largest_stretch, 201)
+    for text, style, across in (
+        ("one way", "-", lambda s: s**-0.5),
+        ("both ways", "--", lambda s: s),
+    ):
+        rise = law.energy(stretch + step, across(stretch)) - law.energy(
+            stretch - step, across(stretch)
+        )
+        line = fabric.thickness * rise / (2.0 * step)
+        axes.plot(100 * (stretch - 1.0), line / 1e3, style, label=text)
+    axes.set(ylabel="line tension per flat width [N/mm]", title="Rubber")
+
+
 def _plot_tensions(fabric: Fabric, axes) -> None:
     axes.set(xlabel="strain [%]", title="Yarn tension")
-    if isinstance(fabric.tension, IsotropicMembrane):
+    if isinstance(fabric.tension, MooneyRivlin):
+        _plot_rubber(fabric, axes)
+    elif isinstance(fabric.tension, IsotropicMembrane):
         strain = np.linspace(0.0, 0.02, 2)
         law = fabric.tension
         line = law.stiffness / (1 - law.poisson**2) * strain
@@ -267,7 +295,7 @@ def _plot_shear(fabric: Fabric, couple, force) -> None:
     for axes in (couple, force):
         axes.set(xlabel="shear angle [°]")
     if isinstance(fabric.shear, NoShear):
-        membrane = isinstance(fabric.tension, IsotropicMembrane)
+        membrane = isinstance(fabric.tension, Unwoven)
         text = "shears as the membrane" if membrane else "shears freely"
         for axes in (couple, force):
             axes.set(xticks=[], yticks=[])

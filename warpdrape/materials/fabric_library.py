@@ -21,12 +21,14 @@ from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
     LinearTension,
+    MooneyRivlin,
     NoShear,
     ShearLaw,
     ShearPolynomial,
     ShearTable,
     TabulatedTension,
     TensionLaw,
+    Unwoven,
 )
 
 Sources = dict[str, Source]
@@ -63,6 +65,7 @@ _TENSION_KEYS = {
         "stiffness_weft": "force",
     },
     "isotropic": {"stiffness": "force per length", "poisson": "ratio"},
+    "rubber": {"c10": "pressure", "c01": "pressure", "largest_stretch": "ratio"},
 }
 _BENDING = {
     "warp": "bending stiffness",
@@ -158,7 +161,7 @@ def _fabric(file: Section) -> Fabric:
     file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending", "compaction"))
     file.require("name", str, "a text")
     sources: Sources = {}
-    isotropic = file.section("tension").values.get("law") == "isotropic"
+    isotropic = file.section("tension").values.get("law") in ("isotropic", "rubber")
     required = {"areal_density", "thickness"}
     values: dict[str, Any] = {}
     for key, kind in _SCALARS.items():
@@ -270,6 +273,8 @@ def _tension(file: Section, cell: dict[str, float], sources: Sources) -> Tension
                 return TabulatedTension(**values)
             case "crimp":
                 return CrimpInterchange(cell["cell_warp"], cell["cell_weft"], **values)
+            case "rubber":
+                return MooneyRivlin(**values)
             case _:
                 return IsotropicMembrane(**values)
     except InputError as error:
@@ -302,7 +307,7 @@ def _bending(
         return None
     section = file.section("bending")
     law = section.text("law") or "linear"
-    isotropic = isinstance(tension, IsotropicMembrane)
+    isotropic = isinstance(tension, Unwoven)
     laws = ("linear", "solid") if isotropic else ("linear", "curve")
     if law not in laws:
         section.fail("law", f"{law!r} is unknown here; known: {', '.join(laws)}")
@@ -311,7 +316,10 @@ def _bending(
     if law == "curve":
         return _bending_curve(section, sources)
     if law == "solid":
-        return Bending.of_sheet(tension.stiffness, tension.poisson, values["thickness"])
+        thickness = values["thickness"]
+        if isinstance(tension, MooneyRivlin):
+            return Bending.of_sheet(3.0 * tension.shear_modulus * thickness, 0.5, thickness)
+        return Bending.of_sheet(tension.stiffness, tension.poisson, thickness)
     found: dict[str, float] = {}
     for family in ("warp", "weft"):
         length = f"flexural_length_{family}"

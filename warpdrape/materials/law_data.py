@@ -11,15 +11,17 @@ import numpy as np
 import warp as wp
 
 from warpdrape.errors import InputError
-from warpdrape.kernels.materials import crimp, isotropic, shear, tension
+from warpdrape.kernels.materials import crimp, isotropic, rubber, shear, tension
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
     LinearTension,
+    MooneyRivlin,
     NoShear,
     ShearTable,
     TabulatedTension,
+    Unwoven,
 )
 from warpdrape.materials.spline import SplineEnergy, fit_energy
 
@@ -44,6 +46,11 @@ def tension_struct(fabric: Fabric, device: Any = None) -> Any:
             law = isotropic.IsotropicMembrane()
             law.stiffness = fabric.tension.stiffness
             law.poisson = fabric.tension.poisson
+            return law
+        case MooneyRivlin():
+            law = rubber.MooneyRivlin()
+            law.c10 = fabric.tension.c10 * fabric.thickness
+            law.c01 = fabric.tension.c01 * fabric.thickness
             return law
 
 
@@ -161,6 +168,9 @@ def tension_stiffness(fabric: Fabric) -> tuple[float, float]:
         case IsotropicMembrane():
             bound = law.stiffness / (1 - abs(law.poisson))
             return bound, bound
+        case MooneyRivlin():
+            bound = 6.0 * law.shear_modulus * fabric.thickness  # E h/(1 − ν), ν = ½
+            return bound, bound
 
 
 def _table_stiffness(energy: SplineEnergy) -> tuple[np.ndarray, np.ndarray]:
@@ -181,7 +191,7 @@ def _sampled_strains(energy: SplineEnergy) -> tuple[np.ndarray, np.ndarray]:
 
 def shear_stiffness(fabric: Fabric, up_to_angle: float) -> float:
     """Largest |dC/dγ| [N/m] from 0 to a shear angle [rad]."""
-    if isinstance(fabric.tension, IsotropicMembrane):
+    if isinstance(fabric.tension, Unwoven):
         return initial_shear_stiffness(fabric)
     angles = np.linspace(0.0, up_to_angle, 1001)
     return float(np.abs(fabric.shear.slope(angles)).max()) / fabric.cell_area
@@ -191,4 +201,6 @@ def initial_shear_stiffness(fabric: Fabric) -> float:
     """C'(0) [N/m]."""
     if isinstance(fabric.tension, IsotropicMembrane):
         return fabric.tension.stiffness / (2 * (1 + fabric.tension.poisson))
+    if isinstance(fabric.tension, MooneyRivlin):
+        return fabric.tension.shear_modulus * fabric.thickness
     return float(fabric.shear.slope(0.0)) / fabric.cell_area

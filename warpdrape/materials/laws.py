@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdrape.errors import InputError, finite, numbers, positive
+from warpdrape.materials.rubber import MooneyRivlin
 from warpdrape.wording import brief
 
 
@@ -278,7 +279,9 @@ class IsotropicMembrane:
             raise InputError(f"Poisson's ratio = {self.poisson} must lie between -1 and 0.5")
 
 
-TensionLaw = LinearTension | TabulatedTension | CrimpInterchange | IsotropicMembrane
+TensionLaw = LinearTension | TabulatedTension | CrimpInterchange | IsotropicMembrane | MooneyRivlin
+Unwoven = IsotropicMembrane | MooneyRivlin
+"""Laws of sheets without yarns."""
 ShearLaw = ShearPolynomial | ShearTable | NoShear
 
 

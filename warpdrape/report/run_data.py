@@ -17,6 +17,7 @@ from warpdrape.results.read_run import RunReader
 from warpdrape.results.result import FormedPly, PlacedTool, Result
 from warpdrape.results.tool_distance import TOOL_DISTANCE, ToolDistances
 from warpdrape.results.yarn_lines import on_blank, round_spacing, yarn_lines
+from warpdrape.tools.pose import Pose, pose_between
 
 MOST_VALUES = 6_000_000
 """Values of a page that frames are left out for: about 9 MB of it."""
@@ -54,13 +55,13 @@ class ToolFrames:
         name: its name.
         vertices: at the first frame [m], shape [n, 3].
         triangles: shape [m, 3].
-        shifts: its way since then [m], shape [frame, 3].
+        poses: where it is from there, at each frame.
     """
 
     name: str
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
-    shifts: NDArray[np.float64]
+    poses: list[Pose]
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,8 +155,8 @@ def _ply_frames(
 
 def _tool_frames(moments: Sequence[PlacedTool]) -> ToolFrames:
     first = moments[0]
-    shifts = np.stack([(tool.vertices - first.vertices).mean(axis=0) for tool in moments])
-    return ToolFrames(first.name, first.vertices, np.asarray(first.triangles, np.int64), shifts)
+    poses = [pose_between(first.vertices, tool.vertices) for tool in moments]
+    return ToolFrames(first.name, first.vertices, np.asarray(first.triangles, np.int64), poses)
 
 
 def pack_run(run: RunFrames, blocks: Blocks) -> dict[str, Any]:
@@ -225,8 +226,15 @@ def _pack_tool(tool: ToolFrames, blocks: Blocks) -> dict[str, Any]:
         "points": blocks.values(tool.vertices[None], low, high),
         "low": low.tolist(),
         "high": high.tolist(),
-        "shifts": tool.shifts.tolist(),
+        "places": [_columns(pose) for pose in tool.poses],
     }
+
+
+def _columns(pose: Pose) -> list[float]:
+    """The matrix that places a tool, column by column, as WebGL has them."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = pose.turned, pose.shift
+    return matrix.ravel(order="F").tolist()
 
 
 def _bounds(values: Sequence[NDArray[np.float64]]) -> tuple[float, float]:

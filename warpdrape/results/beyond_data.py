@@ -10,7 +10,7 @@ import numpy as np
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import yarn_gradients
 from warpdrape.materials.bending import BendingCurve
-from warpdrape.materials.laws import ShearTable, TabulatedTension
+from warpdrape.materials.laws import MooneyRivlin, ShearTable, TabulatedTension
 from warpdrape.results.result import FormedPly
 
 LEAST_SHARE = 1e-3
@@ -60,6 +60,15 @@ def beyond_data(ply: Ply, formed: FormedPly) -> list[Beyond]:
     return [each for each in found if each.share > LEAST_SHARE]
 
 
+def largest_stretches(ply: Ply, formed: FormedPly) -> np.ndarray:
+    """Larger principal stretch of each triangle [-], shape [m]."""
+    gradients, _ = yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+    a, b, c = (formed.points[formed.triangles[:, k]] for k in range(3))
+    first = gradients[:, :1] * (b - a) + gradients[:, 1:2] * (c - a)
+    second = gradients[:, 2:3] * (b - a) + gradients[:, 3:] * (c - a)
+    return np.linalg.svd(np.stack([first, second], axis=2), compute_uv=False)[:, 0]
+
+
 def _ranges(
     ply: Ply, formed: FormedPly, areas: np.ndarray
 ) -> Iterator[tuple[str, np.ndarray, float, str, np.ndarray]]:
@@ -72,6 +81,9 @@ def _ranges(
         for family, name in enumerate(("warp", "weft")):
             last = float(getattr(fabric.tension, f"strain_{name}")[-1])
             yield f"{name} strain", formed.strain[:, family], last, "", areas
+    if isinstance(fabric.tension, MooneyRivlin):
+        last = fabric.tension.largest_stretch
+        yield "stretch", largest_stretches(ply, formed), last, "", areas
     if fabric.compaction is not None:
         even = np.full(len(formed.points), 1.0 / len(formed.points))
         last = 1e-3 * float(fabric.compaction.pressures[-1])

@@ -23,10 +23,11 @@ from warpdrape.defects.thickness import (
 )
 from warpdrape.defects.wrinkles import Wrinkle, WrinkleSearch, Wrinkling
 from warpdrape.defects.yarn_limits import shear_past_locking, yarn_strains
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import Unwoven
 from warpdrape.results.result import FormedPly
 from warpdrape.results.tool_defects import bridge_entries, coverages
 from warpdrape.setup import Setup
+from warpdrape.tools.pose import Pose
 
 
 class DefectWatch:
@@ -39,7 +40,7 @@ class DefectWatch:
     def __init__(self, scene: Setup) -> None:
         self._scene = scene
         self._gaps = ToolGaps(scene.tools)
-        self._shifts: np.ndarray | None = None
+        self._poses: Sequence[Pose] | None = None
 
     @cached_property
     def _searches(self) -> list[WrinkleSearch]:
@@ -48,18 +49,18 @@ class DefectWatch:
             for ply in self._scene.plies
         ]
 
-    def look(self, plies: Sequence[FormedPly], shifts: np.ndarray) -> tuple[FormedPly, ...]:
+    def look(self, plies: Sequence[FormedPly], poses: Sequence[Pose]) -> tuple[FormedPly, ...]:
         """Return formed plies with thickness, fibre volume fraction and wrinkles.
 
         Args:
             plies: as they are.
-            shifts: translations of the tools since the start [m], shape [tool, 3].
+            poses: where the tools are.
         """
         wrinklings = [
-            search.look(formed.points, partial(self._gaps.ways, formed.points, shifts))
+            search.look(formed.points, partial(self._gaps.ways, formed.points, poses))
             for formed, search in zip(plies, self._searches, strict=True)
         ]
-        self._shifts = shifts.copy()
+        self._poses = list(poses)
         found = []
         for ply, formed, wrinkling in zip(self._scene.plies, plies, wrinklings, strict=True):
             pressures = [
@@ -67,8 +68,8 @@ class DefectWatch:
                 for pressure in (formed.contact_pressure, formed.tool_pressure)
                 if pressure is not None
             ]
-            thickness = thicknesses(ply.fabric, pressures, formed.triangles)
             ratios = _area_ratios(ply, formed)
+            thickness = thicknesses(ply.fabric, pressures, formed.triangles, ratios)
             found.append(
                 replace(
                     formed,
@@ -87,20 +88,20 @@ class DefectWatch:
             summary: as in ``summary.json``.
             plies: the last good frame, the last that was looked at.
         """
-        shifts = self._shifts
-        if shifts is None or not self._scene.tools:
+        poses = self._poses
+        if poses is None or not self._scene.tools:
             return
-        bridges = bridge_entries(self._scene, plies, self._gaps, shifts)
+        bridges = bridge_entries(self._scene, plies, self._gaps, poses)
         for entry, bridging in zip(summary["plies"], bridges, strict=True):
             entry["defects"]["bridging"] = bridging
-        shares = coverages(self._scene, plies, shifts)
+        shares = coverages(self._scene, plies, poses)
         for entry, share in zip(summary["tools"], shares, strict=True):
             entry["coverage"] = share
 
 
 def _area_ratios(ply: Ply, formed: FormedPly) -> np.ndarray:
     """A/A0 of a ply's triangles [-], shape [m]."""
-    if isinstance(ply.fabric.tension, IsotropicMembrane):
+    if isinstance(ply.fabric.tension, Unwoven):
         return area_ratios(np.asarray(ply.mesh.areas), formed.points, formed.triangles)
     return yarn_area_ratios(formed.strain, formed.shear_angle, ply.fabric.yarn_angle)
 

@@ -27,6 +27,8 @@ WORDS = ("sources", "description", "doubts")
 """Fields of a fabric that say where it comes from, and compute nothing."""
 MOTIONS = "motion of "
 """How parts begin that an extension may change; it must begin where the run has come to."""
+DAMPING = "numerics: damping"
+"""A ply may come to rest in an extension."""
 MOMENTS = 129
 """Times at which a clamp's functions are compared."""
 
@@ -96,7 +98,8 @@ def _differences(
         mine, other = ours.get(name), theirs.get(name)
         if mine == other:
             continue
-        if extending and (name in ("duration", "frames") or name.startswith(MOTIONS)):
+        changes = name in ("duration", "frames", DAMPING) or name.startswith(MOTIONS)
+        if extending and changes:
             continue
         if _is_digest(mine) or _is_digest(other) or name.startswith(MOTIONS):
             yield f"{name} is another"
@@ -156,6 +159,9 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
         **_motion(tool),
+        **(
+            {} if tool.turn is None else {f"{MOTIONS}tool {tool.name!r}, turning": plain(tool.turn)}
+        ),
     }
 
 

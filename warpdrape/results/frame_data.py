@@ -35,11 +35,15 @@ class ToolShape:
         name: the tool's name; made a valid USD identifier in the file.
         vertices: vertex positions at translation zero [m], shape (n, 3).
         triangles: vertex numbers, shape (m, 3).
+        axis: unit, about which it turns, shape (3,); None if it does not.
+        point: of that axis [m], shape (3,).
     """
 
     name: str
     vertices: ArrayLike
     triangles: ArrayLike
+    axis: ArrayLike | None = None
+    point: ArrayLike | None = None
 
 
 @dataclass(frozen=True)

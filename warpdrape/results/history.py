@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -15,6 +16,7 @@ from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.tools.motion import Float
+from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 
 
@@ -34,6 +36,21 @@ def tool_axis(tool: Tool, scene: Setup) -> np.ndarray:
     return np.array([0.0, 0.0, -1.0 if above else 1.0])
 
 
+def tool_ways(scene: Setup, poses: Sequence[Pose]) -> np.ndarray:
+    """How far tools, or the axes about which they turn, have gone [m], shape [tool, 3]."""
+    ways = [pose.shift for pose in poses]
+    for k, (tool, pose) in enumerate(zip(scene.tools, poses, strict=True)):
+        if tool.turn is not None:
+            ways[k] = pose.shift - (tool.turn.point - pose.turned @ tool.turn.point)
+    return np.reshape(ways, (-1, 3))
+
+
+def tool_angles(scene: Setup, loading_time: float) -> list[float | None]:
+    """How far tools have turned at a time of the motions [rad], None for those that do not."""
+    time = np.array(loading_time)
+    return [None if tool.turn is None else float(tool.turn.at(time)) for tool in scene.tools]
+
+
 def history_row(
     model: Model,
     state: State,
@@ -49,7 +66,7 @@ def history_row(
 
     Args:
         model: the model.
-        state: its state, its impulses summed over ``steps``.
+        state: its state, its impulses and twists summed over ``steps``.
         time: simulated time [s].
         loading_time: time of the tools' and clamps' motions [s], as in `loading`.
         steps: steps since the row before.
@@ -59,11 +76,15 @@ def history_row(
         before: the row before, None for the first.
     """
     row = {"time_s": time, "loading_time_s": loading_time}
-    shift, impulse = state.tools.shift.numpy(), state.tools.impulse.numpy()
+    ways, impulse = tool_ways(model.scene, state.tools.poses()), state.tools.impulse.numpy()
+    angles, twist = tool_angles(model.scene, loading_time), state.tools.twist.numpy()
     for k, tool in enumerate(model.scene.tools):
         axis = tool_axis(tool, model.scene)
-        row[f"{tool.name}_displacement_m"] = float(shift[k] @ axis)
+        row[f"{tool.name}_displacement_m"] = float(ways[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
+        if angles[k] is not None:
+            row[f"{tool.name}_angle_deg"] = math.degrees(angles[k])
+            row[f"{tool.name}_torque_nm"] = float(-twist[k] / max(steps, 1))
     row.update(_clamp_entries(model, state, loading_time, steps, before))
     for each in measured:
         row.update(each.readings)

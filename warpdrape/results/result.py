@@ -17,9 +17,11 @@ from warpdrape.dynamics.model import Model
 from warpdrape.errors import one_of
 from warpdrape.interaction import Measured
 from warpdrape.results import show
-from warpdrape.results.usd import PlyFrame
+from warpdrape.results.frame_data import PlyFrame, ToolShape
 from warpdrape.setup import Setup
 from warpdrape.state import State
+from warpdrape.tools.pose import Pose
+from warpdrape.tools.tool import Tool
 from warpdrape.wording import heading, surface
 
 if TYPE_CHECKING:
@@ -258,16 +260,22 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
     return tuple(formed)
 
 
-def place_tools(scene: Setup, shift: np.ndarray) -> tuple[PlacedTool, ...]:
+def tool_shape(tool: Tool) -> ToolShape:
+    """A tool for the animation, where it stands at the start."""
+    axis, point = (None, None) if tool.turn is None else (tool.turn.axis, tool.turn.point)
+    return ToolShape(tool.name, tool.vertices, tool.triangles, axis, point)
+
+
+def place_tools(scene: Setup, poses: Sequence[Pose]) -> tuple[PlacedTool, ...]:
     """Tools where they have come to.
 
     Args:
         scene: the scene.
-        shift: their translations [m], shape [tool, 3].
+        poses: theirs.
     """
     return tuple(
-        PlacedTool(tool.name, tool.vertices + way, tool.triangles)
-        for tool, way in zip(scene.tools, shift, strict=True)
+        PlacedTool(tool.name, pose.place(tool.vertices), tool.triangles)
+        for tool, pose in zip(scene.tools, poses, strict=True)
     )
 
 

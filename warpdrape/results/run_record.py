@@ -64,6 +64,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
                 "facets": len(tool.triangles),
                 "friction": _friction(scene.friction_of(tool)),
                 "motion": plain(tool.motion),
+                "turn": plain(tool.turn),
             }
             for tool in scene.tools
         ],

@@ -222,6 +222,7 @@ def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[s
         f"tool {tool.name!r} never touched a ply: look at where it stands and how far it moves"
         for tool in model.scene.tools
         if not history[f"{tool.name}_force_n"].any()
+        and not np.any(history.get(f"{tool.name}_torque_nm", 0.0))
     ]
     if model.scene.tools:
         found += [
@@ -232,12 +233,18 @@ def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[s
 
 
 def _tool_entry(name: str, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    return {
+    entry = {
         "name": name,
         "displacement_m": float(history[f"{name}_displacement_m"][-1]),
         "force_n": float(history[f"{name}_force_n"][-1]),
         "max_force_n": float(np.abs(history[f"{name}_force_n"]).max()),
     }
+    if f"{name}_angle_deg" in history:
+        torque = history[f"{name}_torque_nm"]
+        entry["angle_deg"] = float(history[f"{name}_angle_deg"][-1])
+        entry["torque_nm"] = float(torque[-1])
+        entry["max_torque_nm"] = float(np.abs(torque).max())
+    return entry
 
 
 def _ply_entry(

@@ -107,10 +107,11 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
         )
     ]
     for tool in tools:
+        turned = f", {tool['angle_deg']:.1f}°" if "angle_deg" in tool else ""
         rows.append(
             (
                 tool["name"],
-                f"{1e3 * tool['displacement_m']:.2f} mm",
+                f"{1e3 * tool['displacement_m']:.2f} mm{turned}",
                 f"{tool['force_n']:.1f} N",
                 f"{tool['max_force_n']:.1f} N",
                 f"{1e3 * tool['max_penetration_m']:.3f} mm",

@@ -14,10 +14,11 @@ from warpdrape.defects.gaps import SurfaceGaps, ToolGaps
 from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
+from warpdrape.tools.pose import Pose
 
 
 def bridge_entries(
-    scene: Setup, plies: Sequence[FormedPly], gaps: ToolGaps, shifts: np.ndarray
+    scene: Setup, plies: Sequence[FormedPly], gaps: ToolGaps, poses: Sequence[Pose]
 ) -> list[dict[str, Any]]:
     """The entry ``bridging`` of each ply.
 
@@ -25,11 +26,11 @@ def bridge_entries(
         scene: what was computed.
         plies: as they are at the end, from the bottom up.
         gaps: distances from the tools.
-        shifts: translations of the tools since the start [m], shape [tool, 3].
+        poses: where the tools are.
     """
     entries = []
     for number, formed in enumerate(plies):
-        bridges = _bridges(scene, number, formed, gaps, shifts)
+        bridges = _bridges(scene, number, formed, gaps, poses)
         entries.append(
             _numbers([bridge for bridge in bridges if bridge.resolved])
             | {
@@ -59,20 +60,20 @@ def _numbers(bridges: Sequence[Bridge]) -> dict[str, Any]:
 
 
 def _bridges(
-    scene: Setup, number: int, formed: FormedPly, gaps: ToolGaps, shifts: np.ndarray
+    scene: Setup, number: int, formed: FormedPly, gaps: ToolGaps, poses: Sequence[Pose]
 ) -> tuple[Bridge, ...]:
     """Bridges of one ply of the stack, by its number."""
     mesh, points, triangles = scene.plies[number].mesh, formed.points, formed.triangles
     thick = np.array([ply.fabric.thickness for ply in scene.plies])
     below = float(thick[:number].sum() + 0.5 * thick[number])
     above = float(thick[number + 1 :].sum() + 0.5 * thick[number])
-    off = clearances(gaps.ways(points, shifts), points, triangles, below, above)
-    beneath = gaps.beneath(points, vertex_normals(points, triangles), shifts)
+    off = clearances(gaps.ways(points, poses), points, triangles, below, above)
+    beneath = gaps.beneath(points, vertex_normals(points, triangles), poses)
     outline, least = np.asarray(mesh.boundary_vertices), scene.defects.bridge_gap * thick[number]
     return find_bridges(edge_graph(mesh), outline, points, triangles, off, beneath, least)
 
 
-def coverages(scene: Setup, plies: Sequence[FormedPly], shifts: np.ndarray) -> list[float]:
+def coverages(scene: Setup, plies: Sequence[FormedPly], poses: Sequence[Pose]) -> list[float]:
     """Share of each tool's surface that has a ply on it [-]; arguments as above."""
     surfaces = [
         SurfaceGaps(
@@ -83,6 +84,5 @@ def coverages(scene: Setup, plies: Sequence[FormedPly], shifts: np.ndarray) -> l
     thickest = max(ply.fabric.thickness for ply in scene.plies)
     reach = (0.5 + scene.defects.bridge_gap) * thickest
     return [
-        coverage(tool, shift, surfaces, reach)
-        for tool, shift in zip(scene.tools, shifts, strict=True)
+        coverage(tool, pose, surfaces, reach) for tool, pose in zip(scene.tools, poses, strict=True)
     ]

@@ -12,12 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from warpdrape.tools.pose import pose_between
+
 TOOL_DISTANCE = "toolDistance"
 """Name of the quantity among the primvars, of which it is none: it follows from the meshes."""
 
 
 class ToolDistances:
-    """Distances from tools that move without turning.
+    """Distances from tools.
 
     Args:
         surfaces: vertices [m], shape [n, 3], and triangles, shape [m, 3], of each tool as it
@@ -29,7 +31,7 @@ class ToolDistances:
         from warpdrape.warp_start import start_warp
 
         start_warp()
-        self._starts = [vertices[0].copy() for vertices, _ in surfaces]
+        self._starts = [vertices.copy() for vertices, _ in surfaces]
         self._gaps = [SurfaceGaps(vertices, triangles) for vertices, triangles in surfaces]
 
     def of(
@@ -43,6 +45,6 @@ class ToolDistances:
         """
         nearest = np.full(len(points), np.inf)
         for gaps, start, now in zip(self._gaps, self._starts, tools, strict=True):
-            ways = gaps.ways(points - (now[0] - start))
+            ways = gaps.ways(pose_between(start, now).into(points))
             nearest = np.minimum(nearest, np.linalg.norm(ways, axis=1))
         return nearest

@@ -10,6 +10,7 @@ inside the millisecond of a save spoils, a `Mark` takes back.
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import time
@@ -101,7 +102,10 @@ class UsdWriter:
             define_ply(stage, mesh, cloth, ply.at_vertices, ply.in_triangles)
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
-        self._tools = [define_tool(stage, mesh, metal) for mesh in tool_meshes]
+        self._tools = [
+            define_tool(stage, mesh, metal, tool.axis, tool.point)
+            for mesh, tool in zip(tool_meshes, tools, strict=True)
+        ]
         if mark is None:
             self._save()
 
@@ -111,6 +115,7 @@ class UsdWriter:
         time_s: float,
         ply_frames: Sequence[PlyFrame],
         tool_translations: ArrayLike = (),
+        tool_angles: Sequence[float | None] | None = None,
     ) -> None:
         """Add one frame, and save it unless it is soon after the last save.
 
@@ -120,7 +125,9 @@ class UsdWriter:
             frame_index: the time code; each one above the one before.
             time_s: simulated time [s].
             ply_frames: one per ply.
-            tool_translations: displacement of each tool since the start [m], shape (tool, 3).
+            tool_translations: displacement of each tool, or of the axis about which it turns,
+                since the start [m], shape (tool, 3).
+            tool_angles: turned about that axis [rad], None for tools that do not turn.
 
         Raises: ValueError naming ply and quantity when a value is not finite or a shape is wrong;
             RunFailed when the disk refuses.
@@ -136,11 +143,15 @@ class UsdWriter:
         if not self._tools:
             moves = moves.reshape(-1, 3)
         moves = _checked("tools", "translation", moves, (len(self._tools), 3))
+        turns = [None] * len(self._tools) if tool_angles is None else list(tool_angles)
+        for (_, angle_path), angle in zip(self._tools, turns, strict=True):
+            if angle_path is not None and (angle is None or not np.isfinite(angle)):
+                raise ValueError(f"angle = {said(angle)} of frame {frame_index} must be finite")
         if not np.isfinite(time_s):
             raise ValueError(f"time_s = {said(time_s)} of frame {frame_index} must be finite")
         size = sum(v.nbytes for values in frames for v in values.values())
         self._check_space(self._unsaved_bytes + size)
-        self._author(int(frame_index), float(time_s), frames, moves)
+        self._author(int(frame_index), float(time_s), frames, moves, turns)
         self._unsaved_bytes += size
         if time.monotonic() - self._saved_at >= SAVE_EVERY:
             self._save()
@@ -151,13 +162,16 @@ class UsdWriter:
         time_s: float,
         ply_values: Sequence[dict[str, NDArray]],
         moves: NDArray[np.float64],
+        turns: Sequence[float | None],
     ) -> None:
         with Sdf.ChangeBlock():
             for attributes, values in zip(self._plies, ply_values, strict=True):
                 for name, path in attributes.items():
                     self._layer.SetTimeSample(path, frame, to_usd(values[name]))
-            for path, move in zip(self._tools, moves, strict=True):
+            for (path, angle_path), move, turn in zip(self._tools, moves, turns, strict=True):
                 self._layer.SetTimeSample(path, frame, Gf.Vec3d(*map(float, move)))
+                if angle_path is not None:
+                    self._layer.SetTimeSample(angle_path, frame, math.degrees(turn))
             self._layer.SetTimeSample(TIME_PATH, frame, time_s)
             if self._last < 0:
                 self._layer.startTimeCode = frame

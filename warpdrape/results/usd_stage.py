@@ -260,8 +260,19 @@ def _for_each_triangle(some: Sequence[str]) -> dict[str, tuple[str, Sdf.ValueTyp
     return _PRIMVARS | {key: _SOME_PRIMVARS[key] for key in some}
 
 
-def define_tool(stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material) -> Sdf.Path:
-    """Return where the translation of each frame goes."""
+def define_tool(
+    stage: Usd.Stage,
+    mesh: MeshPrim,
+    material: UsdShade.Material,
+    axis: ArrayLike | None = None,
+    point: ArrayLike | None = None,
+) -> tuple[Sdf.Path, Sdf.Path | None]:
+    """Return where the translation of each frame goes, and its angle [deg] if the tool turns.
+
+    A tool turns by one angle about an axis: between frames a viewer goes on by angle, whole turns
+    and all, as it could not by matrices or quaternions. Two static operations each bring the axis
+    to z and back.
+    """
     usd_mesh = _define_mesh(stage, "tools", mesh, material)
     usd_mesh.CreatePointsAttr(to_usd(mesh.points))
     usd_mesh.CreateExtentAttr(to_usd(extent(mesh.points)))
@@ -275,4 +286,17 @@ def define_tool(stage: Usd.Stage, mesh: MeshPrim, material: UsdShade.Material) -
     normals.SetIndices(to_usd(which.ravel().astype(np.int32)))
     usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_COLOR])
     usd_mesh.CreateDisplayOpacityPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_OPACITY])
-    return usd_mesh.AddTranslateOp().GetAttr().GetPath()
+    way = usd_mesh.AddTranslateOp()
+    if axis is None:
+        return way.GetAttr().GetPath(), None
+    double = UsdGeom.XformOp.PrecisionDouble
+    to_axis = Gf.Rotation(Gf.Vec3d.ZAxis(), Gf.Vec3d(*map(float, axis)))
+    pivot = usd_mesh.AddTranslateOp(double, "pivot")
+    pivot.Set(Gf.Vec3d(*map(float, point)))
+    tilt = usd_mesh.AddOrientOp(double, "axis")
+    tilt.Set(Gf.Quatd(to_axis.GetQuat()))
+    angle = usd_mesh.AddRotateZOp(double)
+    back = usd_mesh.AddOrientOp(double, "axis", isInverseOp=True)
+    home = usd_mesh.AddTranslateOp(double, "pivot", isInverseOp=True)
+    usd_mesh.SetXformOpOrder([way, pivot, tilt, angle, back, home])
+    return way.GetAttr().GetPath(), angle.GetAttr().GetPath()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
 
 from warpdrape.errors import InputError, finite, numbers, positive, said
-from warpdrape.tools.over_time import table_over_time, through
+from warpdrape.over_time import table_over_time, through
 from warpdrape.wording import brief
 
 SAMPLES = 2001
@@ -99,6 +99,22 @@ class Stroke:
                 f"stroke ramp = {self.ramp} and brake = {self.brake} must not exceed 1 together: "
                 "they are shares of the duration"
             )
+
+    def and_back(self, *, after: float = 0.0, duration: float | None = None) -> Stages:
+        """Return this stroke and the way back, which lets go of what it has formed.
+
+        Args:
+            after: time for which it stays where it has come to [s].
+            duration: time that the way back takes [s]; None takes as long as the way there.
+        """
+        positive("and_back after", after, unit="s", zero=True)
+        back = replace(
+            self,
+            travel=tuple(-way for way in self.travel),
+            start=self.end + after,
+            duration=self.duration if duration is None else duration,
+        )
+        return Stages(strokes=[self, back])
 
     @property
     def falling(self) -> float:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.errors import InputError, finite, one_of, positive, said
+from warpdrape.over_time import table_over_time, through
 from warpdrape.tools.motion import smooth_ramp
-from warpdrape.tools.over_time import table_over_time, through
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

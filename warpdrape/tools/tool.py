@@ -13,9 +13,11 @@ import trimesh
 from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
-from warpdrape.tools.motion import Motion, Still, vector
+from warpdrape.tools.motion import Motion, Prescribed, Still, vector
+from warpdrape.tools.pose import Pose, rotation, shifted
 from warpdrape.tools.profile import Arc, Line, Piece, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
+from warpdrape.tools.turn import Turn
 from warpdrape.wording import heading, surface
 
 
@@ -29,17 +31,20 @@ class Tool:
         motion: still, along a stroke or path, or floating under a force.
         friction: Coulomb coefficient against the plies [-], or a `Friction`; None takes the
             scene's.
+        turn: how it turns besides, None if it does not.
     """
 
     name: str
     surface: Surface
     motion: Motion = field(default_factory=Still)
     friction: float | Friction | None = None
+    turn: Turn | None = None
 
     def __repr__(self) -> str:
         rubs = "the scene's" if self.friction is None else f"{self.friction:g}"
         shape = surface(self.vertices, self.triangles, "facets")
-        return f"{heading(self)}: {shape}; {self.motion!r}; friction {rubs}"
+        turns = "" if self.turn is None else f"{self.turn!r}; "
+        return f"{heading(self)}: {shape}; {self.motion!r}; {turns}friction {rubs}"
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.isidentifier():
@@ -48,6 +53,10 @@ class Tool:
             )
         if not isinstance(self.motion, Motion):
             raise InputError(f"tool {self.name!r}: motion = {said(self.motion)} is not a motion")
+        if not isinstance(self.turn, Turn | None):
+            raise InputError(
+                f"tool {self.name!r}: turn = {said(self.turn)} is not a warpdrape.Turn"
+            )
         if self.friction is not None:
             friction_of(f"tool {self.name!r}: friction", self.friction)
         mesh = self.surface.mesh
@@ -68,18 +77,44 @@ class Tool:
         """Facets, shape [m, 3]."""
         return np.asarray(self.surface.mesh.faces)
 
+    @property
+    def peak_speed(self) -> float:
+        """Largest speed that a point of it reaches [m/s]; what it floats at is not counted."""
+        if self.turn is None:
+            return self.motion.peak_speed
+        return self.motion.peak_speed + self.turn.peak_rate * self.turn.reach(self.vertices)
+
+    @property
+    def turning_points(self) -> tuple[float, ...]:
+        """Times at which its motion, or its turn, begins, ends or goes back [s]."""
+        led = self.motion.turns if isinstance(self.motion, Prescribed) else ()
+        return (*led, *(() if self.turn is None else self.turn.turns))
+
+    def pose(self, time: float) -> Pose:
+        """Where it is at a time [s]; of one that floats, as it has turned where it started."""
+        way = np.zeros(3)
+        if isinstance(self.motion, Prescribed):
+            way = self.motion.displacement(np.asarray(time, dtype=float))
+        if self.turn is None:
+            return shifted(way)
+        turned = rotation(self.turn.axis, float(self.turn.at(np.asarray(time, dtype=float))))
+        return Pose(turned, way + (self.turn.point - turned @ self.turn.point))
+
     def moved(self, offset: Sequence[float]) -> Tool:
-        """Return the tool standing elsewhere.
+        """Return the tool standing elsewhere, the axis about which it turns with it.
 
         Args:
             offset: translation [m], shape [3].
         """
         mesh = self.surface.mesh.copy()
         mesh.apply_translation(vector("offset", offset))
-        return replace(self, surface=replace(self.surface, mesh=mesh))
+        turn = self.turn
+        if turn is not None:
+            turn = replace(turn, point=np.add(turn.point, vector("offset", offset)).tolist())
+        return replace(self, surface=replace(self.surface, mesh=mesh), turn=turn)
 
     def turned(self, axis: Sequence[float], angle: float) -> Tool:
-        """Return the tool turned about the origin.
+        """Return the tool turned about the origin, the axis about which it turns with it.
 
         Args:
             axis: direction of the axis, shape [3].
@@ -89,7 +124,12 @@ class Tool:
         mesh = self.surface.mesh.copy()
         mesh.apply_transform(matrix)
         normals = self.surface.normals @ matrix[:3, :3].T
-        return replace(self, surface=replace(self.surface, mesh=mesh, normals=normals))
+        turn = self.turn
+        if turn is not None:
+            about, point = (matrix[:3, :3] @ each for each in (turn.axis, turn.point))
+            turn = replace(turn, axis=about.tolist(), point=point.tolist())
+        surface = replace(self.surface, mesh=mesh, normals=normals)
+        return replace(self, surface=surface, turn=turn)
 
     def flipped(self) -> Tool:
         """Return the tool with its facets facing the other way."""
@@ -117,7 +157,7 @@ class Tool:
             name: how results call it.
             source: file that trimesh reads, or a mesh.
             scale: metres per unit of the file (1e-3 for millimetres).
-            options: motion, friction.
+            options: motion, turn, friction.
 
         Raises:
             InputError: if the file is missing, unreadable, empty or holds NaN.
@@ -141,7 +181,7 @@ class Tool:
             radius: of the hemisphere and the cylinder [m].
             height: from pole to top [m]; 1.5 radii if None.
             facet: facet size [m].
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         size("punch radius", radius)
         top = 1.5 * radius if height is None else size("punch height", height)
@@ -174,7 +214,7 @@ class Tool:
             outer_radius: of the ring [m].
             depth: of the hole's wall below the flat [m].
             facet: facet size [m].
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         hole, edge, outer = _ring("die", hole_radius, edge_radius, outer_radius)
         bottom = -max(positive("die depth", depth, unit="m"), 1.1 * edge)
@@ -209,7 +249,7 @@ class Tool:
             facet: facet size [m].
             sector: angles from and to which it goes, counter-clockwise from x [rad]; None all
                 round.
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
         pieces: list[Piece] = [
@@ -238,7 +278,7 @@ class Tool:
             edge_radius: of the rounding of its rim [m].
             depth: of its side below the top [m].
             facet: facet size [m].
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         size("table radius", radius)
         size("edge_radius", edge_radius)
@@ -279,7 +319,7 @@ class Tool:
             height: along y [m].
             facing: "up" or "down".
             facet: facet size [m].
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         size("plate width", width)
         if not isinstance(facing, str) or facing not in ("up", "down"):
@@ -299,7 +339,7 @@ class Tool:
             radius: of the cylinder [m].
             length: along y [m].
             facet: facet size [m].
-            options: motion, friction.
+            options: motion, turn, friction.
         """
         size("drum radius", radius)
         surface = extrude([Arc((0.0, 0.0), radius, math.pi, -math.pi)], length, facet)

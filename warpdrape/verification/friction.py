@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from warpdrape import Clamp, Friction, Numerics, Path, Ply, Scene, Tool, lay_up
+from warpdrape import Clamp, Friction, Numerics, Path, Ply, Scene, Tool, Turn, lay_up
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.strip import yarn_fabric
 
@@ -42,9 +42,17 @@ def incline() -> list[CaseResult]:
     ]
 
 
-def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
-    """Tension ratio e^{μφ} of a strip wound round a drum by involutes, then pulled at one end."""
-    half, strain, duration, winding = 0.12, 0.03, 0.04, 0.6
+def _wound(wrap: float, duration: float, pulls: dict[str, float], friction: float, **drum) -> Scene:
+    """A strip wound round a drum by involutes, then pulled at its ends.
+
+    Args:
+        wrap: angle of the drum that it covers [rad].
+        duration: of all; three fifths of it for the winding [s].
+        pulls: how far each end is pulled [m], by the names of the left and the right clamp.
+        friction: on the drum.
+        drum: options of the drum.
+    """
+    half, winding = 0.12, 0.6
     cloth = yarn_fabric(3e5, 0.7)
     radius = DRUM + 0.5 * cloth.thickness
     u = np.linspace(0.0, 1.0, 61)
@@ -54,12 +62,12 @@ def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
     z = radius * (np.cos(turned) - 1.0) - free * np.sin(turned)
     pull = np.linspace(0.0, 1.0, 31)[1:]
     times = duration * np.concatenate([winding * u, winding + (1.0 - winding) * pull])
-    stretch = 2.0 * half * strain * (3.0 * pull**2 - 2.0 * pull**3)
+    rise = 3.0 * pull**2 - 2.0 * pull**3
     clamps = []
-    for name, side in (("held", -1.0), ("pulled", 1.0)):
+    for (name, stretch), side in zip(pulls.items(), (-1.0, 1.0), strict=True):
         outward = np.array([side * math.cos(0.5 * wrap), 0.0, -math.sin(0.5 * wrap)])
         laid = np.column_stack([side * x, 0.0 * x, z])
-        further = laid[-1] + (stretch if name == "pulled" else 0.0 * pull)[:, None] * outward
+        further = laid[-1] + (stretch * rise)[:, None] * outward
         clamps.append(
             Clamp(
                 name=name,
@@ -69,21 +77,55 @@ def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
                 where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
             )
         )
-    scene = Scene(
+    tool = Tool.drum(radius=DRUM, length=3 * EDGE, facet=EDGE, **drum)
+    return Scene(
         name="capstan",
         clamps=clamps,
         duration=duration,
         friction=friction,
         plies=[Ply.rectangle("rope", cloth, 2.0 * half, EDGE, edge=EDGE, mesh="grid")],
-        tools=[Tool.drum(radius=DRUM, length=3 * EDGE, facet=EDGE).moved((0.0, 0.0, -radius))],
+        tools=[tool.moved((0.0, 0.0, -radius))],
         gravity=(0.0, 0.0, 0.0),
         numerics=Numerics(damping=300.0),
     )
+
+
+def capstan(friction: float = 0.3, wrap: float = math.pi) -> CaseResult:
+    """Tension ratio e^{μφ} of a strip wound round a drum, then pulled at one end."""
+    scene = _wound(wrap, 0.04, {"held": 0.0, "pulled": 0.0072}, friction)
     history = scene.run(frames=20).history
     ratio = float(np.mean(history["pulled_force_n"][-4:] / history["held_force_n"][-4:]))
     return relative(
         "capstan: tension ratio, μ = 0.3 over 180°", ratio, math.exp(friction * wrap), 0.01
     )
+
+
+def roller(friction: float = 0.3, wrap: float = math.pi) -> list[CaseResult]:
+    """The same where the ends are held and the drum turns: it drags the strip along.
+
+    The ratio is e^{μφ} again, and the drum's torque (T2 − T1) times its radius and half the
+    strip's thickness, where the tensions act.
+    """
+    turn = Turn(axis=(0.0, 1.0, 0.0), angle=2.0, duration=0.024, start=0.026, ramp=0.2)
+    scene = _wound(wrap, 0.05, {"tight": 0.0018, "slack": 0.0018}, friction, turn=turn)
+    result = scene.run(frames=25)
+    history = result.history
+    going = slice(19, 23)  # the speed is even then
+    tight, slack, torque = (
+        float(np.mean(history[name][going]))
+        for name in ("tight_force_n", "slack_force_n", "drum_torque_nm")
+    )
+    arm = DRUM + 0.5 * scene.plies[0].fabric.thickness
+    return [
+        relative(
+            "turning roller: tension ratio, μ = 0.3 over 180°",
+            tight / slack,
+            math.exp(friction * wrap),
+            0.01,
+        ),
+        relative("turning roller: torque", torque, (tight - slack) * arm, 0.01, "N·m"),
+        absolute("turning roller: unbalanced energy", result.summary["energy_error"], 0.0, 0.01),
+    ]
 
 
 def viscous() -> CaseResult:
@@ -108,4 +150,4 @@ def pressed() -> CaseResult:
 
 def friction(quick: bool) -> list[CaseResult]:
     """All cases of this file."""
-    return [*incline(), viscous(), pressed(), capstan()]
+    return [*incline(), viscous(), pressed(), capstan(), *roller()]

@@ -87,6 +87,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         friction,
         invariance,
         mechanics,
+        rubber,
         sphere_net,
     )
 
@@ -95,6 +96,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield friction.friction(quick)
     yield compaction.compaction(quick)
     yield bulge.bulge(quick)
+    yield rubber.rubber_sheets(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)

@@ -60,8 +60,8 @@ class Cut {
   }
 
   _add(body, points, place, colour) {
-    const local = place - body.group.position.getComponent(this.axis);
-    const ends = section(points, body.corners, this.axis, local);
+    if (body.group.matrixAutoUpdate) body.group.updateMatrix();
+    const ends = section(points, body.corners, body.group.matrix.elements, this.axis, place);
     if (!ends.length) return;
     const line = wideLines(colour, CUT_WIDTH);
     setLines(line, ends);
@@ -70,12 +70,16 @@ class Cut {
   }
 }
 
-// Ends of the pieces in which a plane cuts triangles, six numbers a piece.
-function section(points, corners, axis, place) {
+// Ends of the pieces in which a plane cuts triangles, in their own frame, six numbers a piece.
+// `frame`: the matrix that places them, column by column.
+function section(points, corners, frame, axis, place) {
+  const [x, y, z, beyond] = [0, 4, 8, 12].map((column) => frame[column + axis]);
   const ends = [];
   for (let t = 0; t < corners.length; t += 3) {
     const vertices = [3 * corners[t], 3 * corners[t + 1], 3 * corners[t + 2]];
-    const heights = vertices.map((v) => points[v + axis] - place);
+    const heights = vertices.map(
+      (v) => x * points[v] + y * points[v + 1] + z * points[v + 2] + beyond - place,
+    );
     const below = heights.map((h) => h < 0);
     if (below[0] === below[1] && below[1] === below[2]) continue;
     for (let k = 0; k < 3; k++) {

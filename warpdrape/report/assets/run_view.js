@@ -33,7 +33,10 @@ class RunView {
     });
     this.frame = frame;
     for (const ply of this.plies) await ply.setFrame(frame);
-    for (const tool of this.tools) tool.group.position.set(...tool.packed.shifts[frame]);
+    for (const tool of this.tools) {
+      tool.group.matrix.fromArray(tool.packed.places[frame]);
+      tool.group.matrixWorldNeedsUpdate = true;
+    }
   }
 
   // Lift plies off each other by so much [m], to look between them.
@@ -77,6 +80,7 @@ async function toolView(packed, blocks) {
   const mesh = new THREE.Mesh(geometry, material);
   mesh.renderOrder = 1; // after what is not translucent
   const group = new THREE.Group();
+  group.matrixAutoUpdate = false; // places are given whole
   group.add(mesh);
   return { packed, name: packed.name, corners, points, mesh, group };
 }

@@ -1,4 +1,4 @@
-"""Values over time, given as pairs."""
+"""Values over time, given as one number or as pairs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, numbers
+from warpdrape.errors import InputError, numbers, positive
 
 
 def table_over_time(name: str, pairs: Any, unit: str) -> tuple[tuple[float, float], ...]:
@@ -27,6 +27,26 @@ def table_over_time(name: str, pairs: Any, unit: str) -> tuple[tuple[float, floa
     if (np.diff(table[:, 0]) <= 0.0).any():
         raise InputError(f"{name}: its times must rise")
     return tuple((float(time), float(value)) for time, value in table)
+
+
+def never_negative(name: str, given: Any, unit: str) -> float | tuple[tuple[float, float], ...]:
+    """One number, or pairs as of `table_over_time`, none below zero; or `InputError`."""
+    if not isinstance(given, list | tuple | np.ndarray):
+        return positive(name, given, unit=unit, zero=True)
+    table = table_over_time(name, given, unit)
+    for time, value in table:
+        if value < 0.0:
+            raise InputError(
+                f"{name} = {value:g} {unit} at {time:g} s is below zero: give zero or more"
+            )
+    return table
+
+
+def over_time(given: float | Sequence[tuple[float, float]], time: np.ndarray) -> np.ndarray:
+    """One number, or a table's values, at times [s]."""
+    if isinstance(given, tuple):
+        return through(given, time)
+    return np.full(np.shape(time), float(given))
 
 
 def through(table: Sequence[tuple[float, float]], time: np.ndarray) -> np.ndarray:
