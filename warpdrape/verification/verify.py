@@ -88,6 +88,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         invariance,
         mechanics,
         sphere_net,
+        wrinkling,
     )
 
     yield mechanics.mechanics(quick)
@@ -95,6 +96,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield friction.friction(quick)
     yield compaction.compaction(quick)
     yield bulge.bulge(quick)
+    yield wrinkling.wrinkling(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
