@@ -60,9 +60,7 @@ def build(
         )
     ply = Ply.disc("specimen", cloth, specimen_radius, edge=edge, mesh=mesh)
     inner = disc_radius + 0.5 * edge  # so that the last vertices held lie at its edge in the mean
-    held = Clamp(
-        name="discs", ply="specimen", where=lambda p: np.hypot(p[:, 0], p[:, 1]) < inner
-    )
+    held = Clamp(name="discs", ply="specimen", where=lambda p: np.hypot(p[:, 0], p[:, 1]) < inner)
     return Scene(
         name="cusick_drape",
         plies=[ply],

@@ -30,14 +30,15 @@ def build(
         edge_radius: of the rounding at the die's opening [m].
         clearance: between punch and cavity at the end of the stroke; 1.5 thicknesses of the stack
             where it is less [m].
+        press: what every pressed shape takes; given as parameters of their own.
     """
     shape = {k: v for k, v in locals().items() if k != "press"}
     gap = press.room(clearance)
     least = dome_radius + edge_radius + press.thickness
     if press.travel < least * (1.0 - 1e-9):
         raise InputError(
-            f"travel = {press.travel:.4g} m must be at least {least:.4g} m: the domes' radius, that "
-            "of the die's edge, and the plies"
+            f"travel = {press.travel:.4g} m must be at least {least:.4g} m: the domes' radius, "
+            "that of the die's edge, and the plies"
         )
     plan = waisted(dome_radius + gap, dome_distance, waist + gap)
     die = double_dome_cavity(

@@ -159,7 +159,8 @@ def pressed(**defaults: Any) -> Callable[[Callable[..., Scene]], Callable[..., S
 
         built.__signature__ = signature
         built.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
-        built.__doc__ = f"{inspect.getdoc(build)}\n{described}"
+        own_lines = inspect.getdoc(build).partition("\n    press:")[0]
+        built.__doc__ = f"{own_lines}\n{described}"
         return built
 
     return around

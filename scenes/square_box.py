@@ -25,6 +25,7 @@ def build(
         bottom_radius: of the rounding between its bottom and its walls [m].
         edge_radius: of the rounding at the die's opening [m].
         clearance: between punch and die; 1.5 thicknesses of the stack where it is less [m].
+        press: what every pressed shape takes; given as parameters of their own.
     """
     shape = {k: v for k, v in locals().items() if k != "press"}
     gap = press.room(clearance)

@@ -25,6 +25,7 @@ def build(
         edge_radius: of the rounding at the die's opening [m].
         clearance: between punch and die at the end of the stroke, as the section shows it; 1.5
             thicknesses of the stack where it is less [m].
+        press: what every pressed shape takes; given as parameters of their own.
     """
     shape = {k: v for k, v in locals().items() if k != "press"}
     height = press.travel + edge_radius + press.thickness + point_radius

@@ -33,7 +33,9 @@ def beyond_square(points, half, radius):
     positive = np.maximum(q, 0.0)
     corner = np.linalg.norm(positive, axis=1)
     side = np.where(q[:, :1] > q[:, 1:], (1.0, 0.0), (0.0, 1.0))
-    way = np.where((q > 0.0).all(axis=1)[:, None], positive / np.fmax(corner, 1e-300)[:, None], side)
+    way = np.where(
+        (q > 0.0).all(axis=1)[:, None], positive / np.fmax(corner, 1e-300)[:, None], side
+    )
     inside = np.minimum(q.max(axis=1), 0.0)
     return corner + inside - radius, way * np.sign(points[:, :2] + 1e-300)
 
@@ -64,9 +66,7 @@ def dome_distance(points, radius=RADIUS, waist=WAIST, axis=RADIUS):
     hollow, a = waist_radius(radius, DISTANCE, waist), DISTANCE / 2
     x, r = np.abs(points[:, 0]), np.hypot(points[:, 1], points[:, 2] - axis)
     on_dome = x * (waist + hollow) + r * a > a * (waist + hollow)  # the plane through both
-    return np.where(
-        on_dome, np.hypot(x - a, r) - radius, hollow - np.hypot(x, r - waist - hollow)
-    )
+    return np.where(on_dome, np.hypot(x - a, r) - radius, hollow - np.hypot(x, r - waist - hollow))
 
 
 def gradient(distance, points, step=STEP):
@@ -116,7 +116,7 @@ def test_a_die_is_flat_and_its_edge_is_round():
     assert points[:, 2].min() == pytest.approx(-0.05)
     flat = points[:, 2] == 0.0
     assert (normals[flat] == (0.0, 0.0, 1.0)).all()
-    d, way = beyond_square(points, 0.078, 0.033)
+    _, way = beyond_square(points, 0.078, 0.033)
     wall = points[:, 2] < -edge - 1e-9
     np.testing.assert_allclose(normals[wall][:, :2], -way[wall], atol=1e-9)
     assert open_borders(surface.mesh) == 2
@@ -177,7 +177,7 @@ def test_a_die_clears_a_pointed_punch_all_round(name):
     mesh = core.surface(1e-3).mesh
     cut = mesh.section(plane_origin=(0, 0, height), plane_normal=(0, 0, 1)).vertices[:, :2]
     gap = np.linalg.norm(at[:, None] - cut[None], axis=2).min(axis=1)
-    outside = ((at - cut[np.linalg.norm(at[:, None] - cut[None], axis=2).argmin(axis=1)]) * out)
+    outside = (at - cut[np.linalg.norm(at[:, None] - cut[None], axis=2).argmin(axis=1)]) * out
     assert (outside.sum(axis=1) > 0.0).all()
     assert gap.min() > clearance - 1e-5
     flat = [k for k, piece in enumerate(plan) if isinstance(piece, Line)]

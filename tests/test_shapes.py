@@ -1,4 +1,4 @@
-"""Scenes of the benchmark shapes, coarse: sound, symmetric as they should be, refused where unfit."""
+"""Scenes of the benchmark shapes, coarse: sound, as symmetric as they are, refused where unfit."""
 
 import dataclasses
 import inspect
@@ -72,7 +72,9 @@ def test_all_shapes_take_what_a_press_takes(name):
     script = find_script(name)
     shared = [field.name for field in dataclasses.fields(Press)]
     assert list(script.parameters)[-len(shared) :] == shared
-    assert all(parameter.unit for parameter in script.parameters.values() if parameter.kind is float)
+    assert all(
+        parameter.unit for parameter in script.parameters.values() if parameter.kind is float
+    )
     assert all(parameter.description for parameter in script.parameters.values())
     assert script.read_settings(["travel=40mm", "fast=yes", "layup=0/45"]) == {
         "travel": 0.04,
@@ -87,7 +89,9 @@ def test_all_shapes_take_what_a_press_takes(name):
 
 def test_a_stack_finds_room_between_punch_and_die():
     one, three = (square_box.build(layup=layup, cells=4) for layup in ("0", "0/0/0/0"))
-    walls = [scene.tools[1].vertices[scene.tools[1].vertices[:, 2] < -0.02] for scene in (one, three)]
+    walls = [
+        scene.tools[1].vertices[scene.tools[1].vertices[:, 2] < -0.02] for scene in (one, three)
+    ]
     wide = [np.abs(wall[:, 0]).max() for wall in walls]
     assert wide == pytest.approx([0.078, 0.075 + 1.5 * 4 * 6e-4])
 

@@ -58,9 +58,13 @@ def test_a_flange_folds_at_the_closed_form_with_the_exact_shape_of_its_waves():
 def test_waves_across_a_sheet_are_measured():
     scene = stretched_sheet(0.03, width=0.2, edge=0.005)
     flat = scene.plies[0].rest_points
-    points = flat + np.array([0.0, 0.0, 1.0]) * (
-        1e-3 * np.cos(math.pi * flat[:, 0] / LENGTH) * np.cos(2 * math.pi * flat[:, 1] / 0.027)
-    )[:, None]
+    points = (
+        flat
+        + np.array([0.0, 0.0, 1.0])
+        * (1e-3 * np.cos(math.pi * flat[:, 0] / LENGTH) * np.cos(2 * math.pi * flat[:, 1] / 0.027))[
+            :, None
+        ]
+    )
     made = SimpleNamespace(plies=[SimpleNamespace(rest_points=flat, points=points)])
     found, halves = waves_across(made)
     assert found == pytest.approx(0.027, rel=0.02)  # five points a wave

@@ -175,9 +175,7 @@ def tetrahedron(slope: float, radius: float, height: float) -> Pointed:
     return Pointed(np.array([[0.0, 0.0, radius]]), rim, (0, 0, 0), radius)
 
 
-def prism(
-    length: float, slope: float, end_slope: float, radius: float, height: float
-) -> Pointed:
+def prism(length: float, slope: float, end_slope: float, radius: float, height: float) -> Pointed:
     """A roof that points down: a ridge along x, two sides, two steeper ends; lowest at z = 0.
 
     Args:

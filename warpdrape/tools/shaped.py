@@ -1,6 +1,6 @@
 """Tools of any outline: box punch, die with an opening, blank holder, double dome with its cavity.
 
-Punches point down with their lowest point at z = 0; dies face up and blank holders down, their flats
+Punches point down, their lowest point at z = 0; dies face up and blank holders down, their flats
 at z = 0.
 """
 

@@ -99,7 +99,7 @@ def flat_outside(
     far = np.linalg.norm(rim, axis=1)
     if size("radius of the flat", radius) <= far.max():
         raise InputError(
-            f"radius of the flat = {radius:.4g} m must exceed {far.max():.4g} m, where its hole ends"
+            f"radius of the flat = {radius:.4g} m must exceed that of its hole, {far.max():.4g} m"
         )
     rows = math.ceil((radius - far.min()) / (4.0 * facet))  # flat, as `Line.sample`
     refuse_too_many(rows * len(at), facet)
