@@ -20,7 +20,7 @@ STIFF = {"name": CLOTH, "compressive_factor": 1.0}
 """Its yarns resist compression as they do tension: the edge folds, it does not shorten by 2 %."""
 RIM = 720
 """Angles at which the specimen's edge is looked at."""
-PROMINENCE = 0.1
+PROMINENCE = 0.03
 """Height of a fold in the plan of the edge over the overhang from which on it counts [-]."""
 
 

@@ -84,6 +84,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         bulge,
         compaction,
         coupons,
+        drape,
         friction,
         invariance,
         mechanics,
@@ -97,6 +98,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield compaction.compaction(quick)
     yield bulge.bulge(quick)
     yield wrinkling.wrinkling(quick)
+    yield drape.drape(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)

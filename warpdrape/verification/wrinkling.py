@@ -148,9 +148,10 @@ def stretched_sheets(quick: bool) -> Iterator[CaseResult]:
     is counted, away from the free sides; the waves there have room to shift, so that their number
     need not be whole.
     """
-    width, coarse = (0.2, 6.0) if quick else (0.3, 10.0)
+    waves, edges = (7.0, 6.0) if quick else (10.0, 10.0)
     for wave in (0.03,) if quick else (0.03, 0.02):
-        scene = stretched_sheet(wave, width=width, edge=wave / coarse)
+        width = waves * wave
+        scene = stretched_sheet(wave, width=width, edge=wave / edges)
         result = scene.run(frames=4, threads=1)
         tension = float(result.history["right_force_n"][-1]) / width
         bending = scene.plies[0].fabric.bending.warp
