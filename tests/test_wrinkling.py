@@ -55,8 +55,9 @@ def test_a_flange_folds_at_the_closed_form_with_the_exact_shape_of_its_waves():
     assert 2.0 * math.exp(best.x[0]) == pytest.approx(closed, rel=0.04)  # what a sine costs
 
 
-def test_waves_across_a_sheet_are_measured():
-    scene = stretched_sheet(0.03, width=0.2, edge=0.005)
+@pytest.mark.parametrize("edge", [0.005, 0.0036])  # an even and an odd number of cells
+def test_waves_across_a_sheet_are_measured(edge):
+    scene = stretched_sheet(0.03, width=0.2, edge=edge)
     flat = scene.plies[0].rest_points
     points = (
         flat

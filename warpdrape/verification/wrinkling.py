@@ -130,7 +130,8 @@ def waves_across(result: Result) -> tuple[float, int]:
     """Mean wavelength [m] in the inner half of a stretched sheet's middle line, and half waves."""
     formed = result.plies[0]
     flat = formed.rest_points
-    line = np.flatnonzero(np.abs(flat[:, 0]) < 1e-9)
+    middle = np.abs(flat[:, 0]).min()  # half a cell off, where their number is odd
+    line = np.flatnonzero(np.abs(flat[:, 0] - middle) < 1e-9)
     line = line[np.argsort(flat[line, 1])]
     y, z = formed.points[line, 1], formed.points[line, 2]
     inner = np.abs(y) < 0.25 * np.ptp(y)
