@@ -6,7 +6,7 @@ defaults are this project's own and every dimension is a parameter: give the pri
 
 from warpdrape import InputError, Scene
 from warpdrape.scenes.pressed_shape import Press, pressed, shape_scene
-from warpdrape.tools.plan import waisted
+from warpdrape.tools.plan import waist_radius, waisted
 from warpdrape.tools.shaped import double_dome, double_dome_cavity
 from warpdrape.units import mm
 
@@ -33,6 +33,7 @@ def build(
         press: what every pressed shape takes; given as parameters of their own.
     """
     shape = {k: v for k, v in locals().items() if k != "press"}
+    waist_radius(dome_radius, dome_distance, waist)  # refuses what cannot be, in these words
     gap = press.room(clearance)
     least = dome_radius + edge_radius + press.thickness
     if press.travel < least * (1.0 - 1e-9):
@@ -41,13 +42,14 @@ def build(
             "that of the die's edge, and the plies"
         )
     plan = waisted(dome_radius + gap, dome_distance, waist + gap)
+    outer = press.outer_radius(plan, edge_radius)
     die = double_dome_cavity(
         dome_radius + gap,
         dome_distance,
         waist + gap,
         depth=press.travel + gap - press.thickness,
         edge_radius=edge_radius,
-        outer_radius=press.outer_radius(),
+        outer_radius=outer,
         facet=press.facet,
     )
     height = press.travel + edge_radius + press.thickness

@@ -93,6 +93,12 @@ class Press:
     def __post_init__(self) -> None:
         for name in ("travel", "blank_length", "blank_width"):
             length(name, getattr(self, name))
+        largest = max(self.blank_length, self.blank_width)
+        if self.travel > largest:
+            raise InputError(
+                f"travel = {self.travel:.4g} m must not exceed the blank's {largest:.4g} m: give "
+                "metres, as in 75 * mm"
+            )
 
     def plies(self) -> list[Ply]:
         """The blanks, from the die up."""
@@ -113,12 +119,16 @@ class Press:
         """Room between punch and die: the clearance asked for, but what the stack needs [m]."""
         return max(positive("clearance", clearance, unit="m", zero=True), ROOM * self.thickness)
 
-    def outer_radius(self) -> float:
-        """Radius of die and holder [m]: the whole blank lies on them."""
-        return float(np.hypot(0.5 * self.blank_length, 0.5 * self.blank_width)) + BEYOND
+    def outer_radius(self, plan: list[Piece], edge_radius: float) -> float:
+        """Radius of die and holder [m]: the whole blank lies on them.
 
-    def refuse_hole(self, plan: list[Piece], edge_radius: float) -> None:
-        """Raise `InputError` unless the blank reaches over the die's opening on all sides."""
+        Args:
+            plan: outline of the die's opening.
+            edge_radius: of the die's edge [m].
+
+        Raises:
+            InputError: unless the blank reaches over the opening on all sides.
+        """
         at, out = sample_plan(plan, self.facet)
         reach = np.abs(at + edge_radius * out).max(axis=0)
         for name, least, given in zip(
@@ -132,6 +142,7 @@ class Press:
                     f"{name} = {given:.4g} m must exceed the die's opening with its rounded edge, "
                     f"{least:.4g} m, so that the holder has something to hold"
                 )
+        return float(np.hypot(0.5 * self.blank_length, 0.5 * self.blank_width)) + BEYOND
 
 
 def pressed(**defaults: Any) -> Callable[[Callable[..., Scene]], Callable[..., Scene]]:
@@ -196,8 +207,7 @@ def shape_scene(
         plan: outline of the die's opening.
         edge_radius: of the die's edge [m].
     """
-    press.refuse_hole(plan, edge_radius)
-    outer = press.outer_radius()
+    outer = press.outer_radius(plan, edge_radius)
     ring = holder(plan, edge_radius, outer, press.facet)
     hole = np.array([(p[0], p[1]) for p in sample_plan(plan, press.facet)[0]])
     area = np.pi * outer**2 - 0.5 * abs(

@@ -37,12 +37,13 @@ def build(
         deep + bottom_radius + press.thickness,
         press.facet,
     )
+    outer = press.outer_radius(plan, edge_radius)
     return shape_scene(
         "square_box",
         press,
         shape,
         punch=punch,
-        die=opening(plan, edge_radius, press.outer_radius(), deep, press.facet),
+        die=opening(plan, edge_radius, outer, deep, press.facet),
         plan=plan,
         edge_radius=edge_radius,
     )

@@ -31,12 +31,13 @@ def build(
     height = press.travel + edge_radius + press.thickness + point_radius
     punch = tetrahedron(slope_deg * deg, point_radius, height)
     plan = rounded_polygon(*punch.section(press.travel, press.room(clearance)))
+    outer = press.outer_radius(plan, edge_radius)
     return shape_scene(
         "tetrahedron",
         press,
         shape,
         punch=punch.surface(press.facet),
-        die=opening(plan, edge_radius, press.outer_radius(), press.travel, press.facet),
+        die=opening(plan, edge_radius, outer, press.travel, press.facet),
         plan=plan,
         edge_radius=edge_radius,
     )

@@ -111,6 +111,7 @@ def test_tools_hold_the_whole_blank():
     ("module", "given", "message"),
     [
         (square_box, {"blank_length": 0.15}, "blank_length = 0.15 m must exceed the die's opening"),
+        (square_box, {"side": 0.5}, "blank_length = 0.3 m must exceed the die's opening"),
         (double_dome, {"blank_width": 0.1}, "blank_width = 0.1 m must exceed"),
         (square_box, {"corner_radius": 0.01}, "over a corner of radius 0.01 m"),
         (double_dome, {"travel": 0.03}, "travel = 0.03 m must be at least"),
@@ -118,6 +119,12 @@ def test_tools_hold_the_whole_blank():
         (prism, {"layup": "0;45"}, "must be angles in degrees"),
         (prism, {"fabric": "none_such"}, "none_such"),
         (tetrahedron, {"travel": -0.01}, "travel"),
+        (
+            square_box,
+            {"travel": 75.0},
+            "travel = 75 m must not exceed the blank's 0.3 m: give metres",
+        ),
+        (double_dome, {"waist": 0.06}, "waist = 0.06 m must not exceed the ends' radius"),
         (square_box, {"clearance": -1.0}, "clearance = -1.0 m must be"),
         (square_box, {"blank_width": 0.0}, "blank_width = 0.0 m"),
     ],
