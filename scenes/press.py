@@ -7,7 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from warpdrape import Float, Numerics, Ply, Scene, Stroke, Tool, lay_up, stack_top
+from warpdrape import (
+    Float,
+    InputError,
+    Numerics,
+    Ply,
+    Scene,
+    Stroke,
+    Tool,
+    lay_up,
+    stack_top,
+)
 from warpdrape.units import kg, mm
 
 PUNCH_RADIUS = 75 * mm
@@ -17,6 +27,8 @@ HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 1.9 * kg
 """An aluminium ring of these radii, 5 mm thick."""
+ROOM = 1.5
+"""Room between punch and die over the stack's thickness, at least [-]."""
 HOLD = 0.2
 """Time for which the punch stands at the end, as a share of the stroke [-]."""
 RAMP = 0.3
@@ -43,46 +55,96 @@ def hemisphere_tools(
     Args:
         name: of the scene.
         plies: from the die up.
-        parameters: of the scene; travel, duration, holder_force, facet, contact_share, contact,
-            brake, kinetic_limit, minimum_time_step, mass_scaling and fast are used.
+        parameters: of the scene, those that `press_scene` uses, and facet.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
         die_radius: of the die's hole [m].
     """
+    ring = {"outer_radius": RING_RADIUS, "facet": parameters["facet"]}
+    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
+    tools = (
+        Tool.punch(radius=PUNCH_RADIUS, facet=parameters["facet"]),
+        Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring),
+        Tool.blank_holder(hole_radius=holder_radius, **ring),
+    )
+    return press_scene(name, plies, tools, parameters, friction, ply_friction)
+
+
+def press_scene(
+    name: str,
+    plies: Sequence[Ply],
+    tools: Sequence[Tool],
+    parameters: Mapping[str, Any],
+    friction: float,
+    ply_friction: float = 0.3,
+    holder_mass: float = HOLDER_MASS,
+) -> Scene:
+    """Lay plies on a die, and let a punch come down on them within a floating blank holder.
+
+    Args:
+        name: of the scene.
+        plies: from the die up.
+        tools: punch and die and holder, the punch's lowest point and the flats at z = 0.
+        parameters: of the scene; travel, duration, holder_force, contact_share, contact, brake,
+            kinetic_limit, minimum_time_step, mass_scaling and fast are used.
+        friction: Coulomb coefficient of tools on plies [-].
+        ply_friction: between plies [-].
+        holder_mass: [kg].
+    """
     plies = lay_up(plies)
-    top = stack_top(plies)
-    facet, duration = parameters["facet"], parameters["duration"]
-    brake = parameters["brake"]
+    top = (0.0, 0.0, stack_top(plies))
+    duration, brake = parameters["duration"], parameters["brake"]
     stroke = Stroke(
         travel=(0.0, 0.0, -parameters["travel"]),
         duration=duration,
         ramp=min(RAMP, 1.0 - brake),
         brake=brake,
     )
-    press = Float(force=parameters["holder_force"], mass=HOLDER_MASS, ramp=FORCE_RAMP * duration)
-    ring = {"outer_radius": RING_RADIUS, "facet": facet}
-    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
-    die = Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring)
-    punch = Tool.punch(radius=PUNCH_RADIUS, facet=facet, motion=stroke)
-    holder = Tool.blank_holder(hole_radius=holder_radius, motion=press, **ring)
+    press = Float(force=parameters["holder_force"], mass=holder_mass, ramp=FORCE_RAMP * duration)
+    punch, die, holder = tools
+    return Scene(
+        name=name,
+        plies=plies,
+        tools=[
+            replace(punch.moved(top), motion=stroke),
+            die,
+            replace(holder.moved(top), motion=press),
+        ],
+        duration=(1.0 + HOLD) * duration,
+        friction=friction,
+        ply_friction=ply_friction,
+        numerics=press_numerics(parameters),
+        parameters=parameters,
+    )
+
+
+def press_numerics(parameters: Mapping[str, Any]) -> Numerics:
+    """How a press scene is computed, from its parameters."""
     share = parameters["contact_share"]
     numerics = Numerics(contact_share=share)
     if parameters["fast"]:
         numerics = replace(FAST, contact_share=max(share, FAST.contact_share))
-    numerics = replace(
+    return replace(
         numerics,
         contact=parameters["contact"],
         kinetic_limit=parameters["kinetic_limit"] or None,
         minimum_time_step=parameters["minimum_time_step"] or None,
         mass_scaling=parameters["mass_scaling"],
     )
-    return Scene(
-        name=name,
-        plies=plies,
-        tools=[punch.moved((0.0, 0.0, top)), die, holder.moved((0.0, 0.0, top))],
-        duration=(1.0 + HOLD) * duration,
-        friction=friction,
-        ply_friction=ply_friction,
-        numerics=numerics,
-        parameters=parameters,
-    )
+
+
+def read_layup(text: str) -> list[float]:
+    """Angles of a lay-up [deg].
+
+    Args:
+        text: as "0/45/-45/0".
+
+    Raises:
+        InputError: if it is none.
+    """
+    try:
+        return [float(angle) for angle in text.split("/")]
+    except ValueError:
+        raise InputError(
+            f"layup = {text!r} must be angles in degrees with strokes between, such as 0/45/0"
+        ) from None

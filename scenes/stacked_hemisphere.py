@@ -1,14 +1,12 @@
 """A stack of any number of plies, by its lay-up, formed at once by a hemispherical punch."""
 
-from warpdrape import InputError, Ply, Scene
+from warpdrape import Ply, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import DIE_RADIUS, PUNCH_RADIUS, hemisphere_tools
+from warpdrape.scenes.press import DIE_RADIUS, PUNCH_RADIUS, ROOM, hemisphere_tools, read_layup
 from warpdrape.units import deg
 
 LAYUP = "0/45/0/45/45/0/45/0"
 """Eight plies, symmetric; a woven ply at 45° has yarns at -45° too."""
-ROOM = 1.5
-"""Room between punch and die over the stack's thickness, at least [-]."""
 
 
 def build(
@@ -67,23 +65,6 @@ def build(
     return hemisphere_tools(
         "stacked_hemisphere", plies, parameters, friction, ply_friction, die_radius
     )
-
-
-def read_layup(text: str) -> list[float]:
-    """Angles of a lay-up [deg].
-
-    Args:
-        text: as "0/45/-45/0".
-
-    Raises:
-        InputError: if it is none.
-    """
-    try:
-        return [float(angle) for angle in text.split("/")]
-    except ValueError:
-        raise InputError(
-            f"layup = {text!r} must be angles in degrees with strokes between, such as 0/45/0"
-        ) from None
 
 
 if __name__ == "__main__":

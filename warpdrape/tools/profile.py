@@ -104,12 +104,12 @@ def revolve(
             none.
     """
     first, turn = _sector(sector)
-    ends, normals = _sample(pieces, facet)
+    ends, normals = sample_pieces(pieces, facet)
     radius = ends[..., 0].max()
     if ends[..., 0].min() < -1e-12:
         raise InputError("a revolved profile must not cross the axis (r < 0)")
     turns = max(turn / FACET_ANGLE, turn * radius / facet)
-    _refuse_too_many(len(ends) * turns, facet)
+    refuse_too_many(len(ends) * turns, facet)
     angle = np.linspace(first, first + turn, 4 * math.ceil(turns / 4) + 1)
     if sector is None:
         angle[-1] = first  # closes on the very same points
@@ -118,7 +118,7 @@ def revolve(
         r, z = rz[..., 0, None], rz[..., 1, None]
         return np.stack([r * np.cos(angle), r * np.sin(angle), z + 0 * angle], -1)
 
-    return _surface(spin(ends), spin(normals))
+    return facets_between(spin(ends), spin(normals))
 
 
 def _sector(sector: tuple[float, float] | None) -> tuple[float, float]:
@@ -144,25 +144,25 @@ def extrude(pieces: list[Piece], length: float, facet: float) -> Surface:
         InputError: if the profile does not hang together or the length is not positive.
     """
     size("length", length)
-    ends, normals = _sample(pieces, facet)
+    ends, normals = sample_pieces(pieces, facet)
     count = max(1, _parts(length, facet)) + 1
-    _refuse_too_many(len(ends) * count, facet)
+    refuse_too_many(len(ends) * count, facet)
     along = np.linspace(-0.5 * length, 0.5 * length, count)
 
     def pull(rz: np.ndarray, y: np.ndarray) -> np.ndarray:
         x, z = rz[..., 0, None], rz[..., 1, None]
         return np.stack([x + 0 * y, 0 * x + y, z + 0 * y], -1)
 
-    return _surface(pull(ends, along), pull(normals, 0 * along))
+    return facets_between(pull(ends, along), pull(normals, 0 * along))
 
 
 def _parts(way: float, facet: float) -> int:
     """Facets along a way [m]."""
-    _refuse_too_many(way / facet, facet)
+    refuse_too_many(way / facet, facet)
     return math.ceil(way / facet)
 
 
-def _refuse_too_many(quads: float, facet: float) -> None:
+def refuse_too_many(quads: float, facet: float) -> None:
     """Raise `InputError` where a facet size would fill the memory."""
     if 2.0 * quads > MOST_FACETS:
         raise InputError(
@@ -171,7 +171,7 @@ def _refuse_too_many(quads: float, facet: float) -> None:
         )
 
 
-def _sample(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
+def sample_pieces(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the profile's facets and the normals there, both shape [facet, 2, 2]."""
     size("facet", facet)
     ends, normals = [], []
@@ -185,7 +185,7 @@ def _sample(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(ends), np.concatenate(normals)
 
 
-def _surface(points: np.ndarray, normals: np.ndarray) -> Surface:
+def facets_between(points: np.ndarray, normals: np.ndarray) -> Surface:
     """Facets between neighbouring positions of profile facets, [facet, 2, position, 3]."""
 
     def triangles(a: np.ndarray) -> np.ndarray:

@@ -84,11 +84,13 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         bulge,
         compaction,
         coupons,
+        drape,
         friction,
         invariance,
         mechanics,
         rubber,
         sphere_net,
+        wrinkling,
     )
 
     yield mechanics.mechanics(quick)
@@ -97,6 +99,8 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield compaction.compaction(quick)
     yield bulge.bulge(quick)
     yield rubber.rubber_sheets(quick)
+    yield wrinkling.wrinkling(quick)
+    yield drape.drape(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)

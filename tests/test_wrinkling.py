@@ -1,0 +1,121 @@
+"""Closed forms of wrinkles against brute force, what measures waves, and the drape test."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, minimize_scalar
+
+from warpdrape.errors import InputError
+from warpdrape.scenes import cusick_drape
+from warpdrape.verification.wrinkling import (
+    FOLD,
+    LENGTH,
+    flange_wavelength,
+    stretched_sheet,
+    wavelength,
+    waves_across,
+)
+
+
+def test_a_stretched_sheet_wrinkles_first_at_the_closed_form():
+    bending, tension, length = 6e-5, 100.0, 0.09
+
+    def squeeze(wave):  # at which w = sin(πx/L) cos(ky) is in equilibrium, in full
+        k, q = 2.0 * math.pi / wave, math.pi / length
+        return (bending * (k * k + q * q) ** 2 + tension * q * q) / k**2
+
+    found = minimize_scalar(squeeze, bounds=(0.01, 0.1), method="bounded", options={"xatol": 1e-9})
+    # the closed form leaves out the bending along the sheet: B q²/T of k⁴
+    assert wavelength(bending, tension, length) == pytest.approx(found.x, rel=1e-3)
+
+
+def test_a_flange_folds_at_the_closed_form_with_the_exact_shape_of_its_waves():
+    """Least energy over every shape of a wave between two contacts, not only a sine."""
+    bending, pressure, shortening = FOLD["bending"], FOLD["pressure"], FOLD["shortening"]
+    share = np.linspace(0.0, 1.0, 2001)
+
+    def energy(unknown):  # span from trough to crest, and odd harmonics of cos πξ
+        span, coefficients = math.exp(unknown[0]), np.array([1.0, *unknown[1:]])
+        orders = math.pi * np.arange(1, 2 * len(coefficients), 2)
+        waves = np.outer(share, orders)
+        slope = (coefficients * orders * np.sin(waves)).sum(axis=1)
+        bend = (coefficients * orders**2 * np.cos(waves)).sum(axis=1)
+        high = 2.0 * coefficients.sum()
+        steep, bent = np.trapezoid(slope**2, share), np.trapezoid(bend**2, share)
+        scale = span * math.sqrt(2.0 * shortening / steep)
+        return 0.5 * bending * scale**2 * bent / span**4 + pressure * abs(high) * scale
+
+    sine = minimize(energy, [math.log(0.02)], method="Nelder-Mead", options={"xatol": 1e-8})
+    closed = flange_wavelength(bending, pressure, shortening)
+    assert 2.0 * math.exp(sine.x[0]) == pytest.approx(closed, rel=1e-4)
+    best = minimize(energy, [sine.x[0], 0.0, 0.0], method="Nelder-Mead")
+    assert best.fun < sine.fun * (1.0 + 1e-9)
+    assert 2.0 * math.exp(best.x[0]) == pytest.approx(closed, rel=0.04)  # what a sine costs
+
+
+@pytest.mark.parametrize("edge", [0.005, 0.0036])  # an even and an odd number of cells
+def test_waves_across_a_sheet_are_measured(edge):
+    scene = stretched_sheet(0.03, width=0.2, edge=edge)
+    flat = scene.plies[0].rest_points
+    points = (
+        flat
+        + np.array([0.0, 0.0, 1.0])
+        * (1e-3 * np.cos(math.pi * flat[:, 0] / LENGTH) * np.cos(2 * math.pi * flat[:, 1] / 0.027))[
+            :, None
+        ]
+    )
+    made = SimpleNamespace(plies=[SimpleNamespace(rest_points=flat, points=points)])
+    found, halves = waves_across(made)
+    assert found == pytest.approx(0.027, rel=0.02)  # five points a wave
+    assert halves in (6, 7)
+
+
+def test_folds_of_an_outline_are_counted():
+    at = np.linspace(-math.pi, math.pi, cusick_drape.RIM, endpoint=False)
+    for number in (2, 5, 8):
+        outline = 0.12 + 0.01 * np.cos(number * at + 0.4) + 1e-3 * np.cos(40 * at)
+        assert cusick_drape.count_folds(outline, 0.06) == number
+    assert cusick_drape.count_folds(np.full(720, 0.15), 0.06) == 0
+
+
+def ring_drop(inner, outer, length):
+    """Drop [m] of the free edge of a plate ring held at its inner edge, ν = 0, q/D = 1/length³."""
+    load, a, b = length**-3, inner, outer
+    # w = q r⁴/64D + c0 + c1 r² + c2 ln r + c3 r² ln r; w, w′ at a; w″, (∇²w)′ at b
+    matrix = [
+        [1.0, a * a, math.log(a), a * a * math.log(a)],
+        [0.0, 2.0 * a, 1.0 / a, a * (2.0 * math.log(a) + 1.0)],
+        [0.0, 2.0, -1.0 / b**2, 2.0 * math.log(b) + 3.0],
+        [0.0, 0.0, 0.0, 4.0 / b],
+    ]
+    known = [-load * a**4 / 64, -load * a**3 / 16, -load * b * b * 3 / 16, -load * b / 2]
+    c = np.linalg.solve(matrix, known)
+    return load * b**4 / 64 + c @ [1.0, b * b, math.log(b), b * b * math.log(b)]
+
+
+def test_a_stiff_specimen_stays_flat_and_a_soft_one_folds():
+    stiff = cusick_drape.build(bending_length=0.2, edge=0.01, duration=0.2, damping=30.0)
+    drape = stiff.run(frames=2, threads=1).summary["drape"]
+    assert drape["folds"] == 0
+    # the disc's edge lies up to an edge away from the vertices that feel it
+    assert drape["edge_drop_m"] == pytest.approx(ring_drop(0.09, 0.15, 0.2), rel=0.15)
+    assert drape["drape_coefficient"] == pytest.approx(1.0, abs=0.02)  # the outline's chords
+    soft = cusick_drape.build(bending_length=0.02, edge=0.012, duration=0.6)
+    drape = soft.run(frames=2, threads=1).summary["drape"]
+    assert 3 <= drape["folds"] <= 10
+    assert 0.3 < drape["drape_coefficient"] < 0.8 and drape["edge_drop_m"] > 0.03
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"disc_radius": 0.15}, "disc_radius = 0.15 m must be below"),
+        ({"bending_length": -1.0}, "bending_length = -1.0 m"),
+        ({"fabric": "no_cloth"}, "no_cloth"),
+    ],
+)
+def test_drapes_that_cannot_be_are_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        cusick_drape.build(**given)
