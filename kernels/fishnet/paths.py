@@ -1,0 +1,340 @@
+"""The shortest way within a strip, and strips turned round vertices until it is a geodesic.
+
+A strip is unfolded into the plane of its first facet. Where its end is in sight of its start the way
+is straight; else it bends at vertices of the strip's sides and is drawn tight like a string through
+a funnel (Lee and Preparata 1984). A way that bends round a vertex with less than half a turn on its
+other side is shorter there: the strip is turned to that side. What is left is locally shortest; it
+passes through vertices only where more than a full turn meets in them.
+"""
+
+import warp as wp
+
+from .facets import (
+    ZERO,
+    Facets,
+    Place,
+    angle_of,
+    before_corner,
+    corner_of,
+    cross2,
+    next_corner,
+    vertex_of,
+)
+from .strips import SPARE_STRIP, Strips, push_one
+
+HALF_TURN = wp.constant(wp.float64(3.141592653589793))
+WHOLE_TURN = wp.constant(wp.float64(6.283185307179586))
+BENT = wp.constant(wp.float64(1.0e-9))
+"""Bend of a way [rad] that is no more than rounding."""
+MOST_TURNED = wp.constant(40)
+"""Vertices round which a strip is turned; each makes the way shorter."""
+
+STRAIGHTENED = wp.constant(0)
+ALONG_BORDER = wp.constant(1)
+TANGLED = wp.constant(2)
+"""How it went: a geodesic; a way that hugs the border; or too many turns."""
+
+
+@wp.struct
+class Path:
+    """A shortest way from one place to another."""
+
+    length: wp.float64  # [m]
+    leave: wp.float64  # direction at its start, in the facet there [rad]
+    arrive: wp.float64  # direction at its end, in the facet there [rad]
+    ended: wp.int32  # one of STRAIGHTENED, ALONG_BORDER, TANGLED
+    bend: wp.int32  # corners of it that lie on one vertex to be turned round: that crossing, or −1
+    side: wp.int32  # 1 if that vertex lies to the left, −1 to the right
+
+
+@wp.struct
+class Corners:
+    """Corners of a facet in the unfolded strip [m]."""
+
+    a: wp.vec2d
+    b: wp.vec2d
+    c: wp.vec2d
+
+
+@wp.func
+def pick(corners: Corners, k: int) -> wp.vec2d:
+    """One of them."""
+    if k == 0:
+        return corners.a
+    if k == 1:
+        return corners.b
+    return corners.c
+
+
+@wp.func
+def arranged(k: int, first: wp.vec2d, second: wp.vec2d, third: wp.vec2d) -> Corners:
+    """Corners of a facet from those at k, after it and after that."""
+    corners = Corners()
+    if k == 0:
+        corners.a = first
+        corners.b = second
+        corners.c = third
+    elif k == 1:
+        corners.a = third
+        corners.b = first
+        corners.c = second
+    else:
+        corners.a = second
+        corners.b = third
+        corners.c = first
+    return corners
+
+
+@wp.func
+def unfold(facets: Facets, facet: int, strips: Strips, thread: int, which: int) -> Corners:
+    """Unfold a strip into the plane of its first facet; return the corners of its last."""
+    corners = Corners()
+    corners.a = corner_of(facets, facet, 0)
+    corners.b = corner_of(facets, facet, 1)
+    corners.c = corner_of(facets, facet, 2)
+    for i in range(strips.counts[thread, which]):
+        half_edge = strips.edges[thread, which, i]
+        k = half_edge % 3
+        start = pick(corners, k)
+        end = pick(corners, next_corner(k))
+        strips.right[thread, i] = start
+        strips.left[thread, i] = end
+        twin = facets.twins[half_edge]
+        side = start - end
+        apex = facets.apexes[twin]
+        third = end + apex[0] * side + apex[1] * wp.vec2d(-side[1], side[0])
+        corners = arranged(twin % 3, end, start, third)
+    return corners
+
+
+@wp.func
+def in_sight(start: wp.vec2d, goal: wp.vec2d, strips: Strips, thread: int, count: int) -> bool:
+    """Whether a straight line passes between the ends of all half-edges."""
+    way = goal - start
+    for i in range(count):
+        if cross2(way, strips.left[thread, i] - start) < ZERO:
+            return False
+        if cross2(way, strips.right[thread, i] - start) > ZERO:
+            return False
+    return True
+
+
+@wp.func
+def bend_at(
+    facets: Facets, edges: Strips, thread: int, which: int, i: int, side: int, turn: wp.float64
+) -> int:
+    """What a bend at an end of a crossed half-edge is: 0 right, 1 to be turned round, 2 at a border.
+
+    Args:
+        facets: of the surface.
+        edges: the strips.
+        thread: whose.
+        which: strip.
+        i: number of the crossing.
+        side: 1 for its left end, −1 for its right one.
+        turn: of the way there towards that side [rad].
+    """
+    half_edge = edges.edges[thread, which, i]
+    k = half_edge % 3
+    if side > 0:
+        k = next_corner(k)
+    total = facets.around[vertex_of(facets, half_edge // 3, k)]
+    if total < ZERO:
+        return 2
+    if total - HALF_TURN - turn < HALF_TURN - BENT:
+        return 1
+    return 0
+
+
+@wp.func
+def turn_between(a: wp.vec2d, b: wp.vec2d) -> wp.float64:
+    """Angle from one vector to another [rad]."""
+    return wp.atan2(cross2(a, b), wp.dot(a, b))
+
+
+@wp.func
+def pull_tight(
+    facets: Facets, start: wp.vec2d, goal: wp.vec2d, strips: Strips, thread: int, which: int
+) -> Path:
+    """The shortest way through an unfolded strip, with its first bend that is to be turned round.
+
+    ``arrive`` is in the strip's plane. Source: the funnel of Lee and Preparata (1984).
+    """
+    path = Path()
+    path.bend = -1
+    count = strips.counts[thread, which]
+    apex = start
+    before = wp.vec2d(ZERO, ZERO)  # the way into the corner at the apex
+    corner = int(-1)
+    side = int(0)
+    left = start
+    right = start
+    at_left = int(-1)
+    at_right = int(-1)
+    i = int(0)
+    for _ in range((count + 2) * (count + 2)):
+        if i > count:
+            break
+        l = goal
+        r = goal
+        if i < count:
+            l = strips.left[thread, i]
+            r = strips.right[thread, i]
+        found = int(0)
+        if cross2(right - apex, r - apex) >= ZERO:
+            if right == apex or cross2(left - apex, r - apex) < ZERO:
+                right = r
+                at_right = i
+            else:
+                found = 1
+        if found == 0 and cross2(left - apex, l - apex) <= ZERO:
+            if left == apex or cross2(right - apex, l - apex) > ZERO:
+                left = l
+                at_left = i
+            else:
+                found = -1
+        if found == 0:
+            i = i + 1
+        else:
+            to = left
+            at = at_left
+            if found < 0:
+                to = right
+                at = at_right
+            if at == count:  # the goal itself, on the line to it
+                break
+            way = to - apex
+            path.length = path.length + wp.length(way)
+            if corner < 0:
+                path.leave = angle_of(way)
+            elif path.bend < 0:
+                turn = wp.float64(side) * turn_between(before, way)
+                kind = bend_at(facets, strips, thread, which, corner, side, turn)
+                if kind == 1:
+                    path.bend = corner
+                    path.side = side
+                if kind == 2:
+                    path.ended = ALONG_BORDER
+            before = way
+            corner = at
+            side = found
+            apex = to
+            left = to
+            right = to
+            at_left = at
+            at_right = at
+            i = at + 1
+    way = goal - apex
+    path.length = path.length + wp.length(way)
+    path.arrive = angle_of(way)
+    if corner < 0:
+        path.leave = path.arrive
+    elif path.bend < 0:
+        turn = wp.float64(side) * turn_between(before, way)
+        kind = bend_at(facets, strips, thread, which, corner, side, turn)
+        if kind == 1:
+            path.bend = corner
+            path.side = side
+        if kind == 2:
+            path.ended = ALONG_BORDER
+    return path
+
+
+@wp.func
+def end_of(facets: Facets, half_edge: int, side: int) -> int:
+    """Vertex at the left (1) or right (−1) end of a crossed half-edge."""
+    k = half_edge % 3
+    if side > 0:
+        k = next_corner(k)
+    return vertex_of(facets, half_edge // 3, k)
+
+
+@wp.func
+def turn_round(
+    facets: Facets, strips: Strips, thread: int, which: int, crossing: int, side: int
+) -> int:
+    """Lead a strip round the other side of a vertex; return 0 if it cannot.
+
+    Args:
+        facets: of the surface.
+        strips: to change.
+        thread: whose.
+        which: strip.
+        crossing: one of its half-edges that ends at the vertex.
+        side: on which the vertex lies, 1 for left.
+    """
+    count = strips.counts[thread, which]
+    vertex = end_of(facets, strips.edges[thread, which, crossing], side)
+    first = crossing
+    while first > 0 and end_of(facets, strips.edges[thread, which, first - 1], side) == vertex:
+        first = first - 1
+    last = crossing
+    while last + 1 < count and end_of(facets, strips.edges[thread, which, last + 1], side) == vertex:
+        last = last + 1
+    strips.counts[thread, SPARE_STRIP] = 0
+    fits = int(1)
+    for i in range(first):
+        fits = fits * push_one(facets, strips, thread, SPARE_STRIP, strips.edges[thread, which, i])
+    half_edge = strips.edges[thread, which, first]
+    goal = facets.twins[strips.edges[thread, which, last]] // 3
+    facet = half_edge // 3
+    k = half_edge % 3
+    for _ in range(strips.edges.shape[2]):
+        if facet == goal:
+            break
+        if side > 0:
+            k = next_corner(k)
+        else:
+            k = before_corner(k)
+        over = 3 * facet + k
+        twin = facets.twins[over]
+        if twin < 0:
+            return 0
+        fits = fits * push_one(facets, strips, thread, SPARE_STRIP, over)
+        facet = twin // 3
+        k = twin % 3
+    for i in range(last + 1, count):
+        fits = fits * push_one(facets, strips, thread, SPARE_STRIP, strips.edges[thread, which, i])
+    if fits == 0 or facet != goal:
+        return 0
+    for i in range(strips.counts[thread, SPARE_STRIP]):
+        strips.edges[thread, which, i] = strips.edges[thread, SPARE_STRIP, i]
+    strips.counts[thread, which] = strips.counts[thread, SPARE_STRIP]
+    return 1
+
+
+@wp.func
+def straighten(
+    facets: Facets, start: Place, goal: Place, strips: Strips, thread: int, which: int
+) -> Path:
+    """The geodesic between two places that a strip joins; the strip is led along it.
+
+    Args:
+        facets: of the surface.
+        start: in the strip's first facet.
+        goal: in its last one.
+        strips: the strips.
+        thread: whose.
+        which: strip.
+    """
+    path = Path()
+    for _ in range(MOST_TURNED):
+        corners = unfold(facets, start.facet, strips, thread, which)
+        along = wp.normalize(corners.b - corners.a)
+        to = corners.a + goal.at[0] * along + goal.at[1] * wp.vec2d(-along[1], along[0])
+        if in_sight(start.at, to, strips, thread, strips.counts[thread, which]):
+            path = Path()
+            path.bend = -1
+            path.length = wp.length(to - start.at)
+            path.leave = angle_of(to - start.at)
+            path.arrive = path.leave
+        else:
+            path = pull_tight(facets, start.at, to, strips, thread, which)
+        path.arrive = path.arrive - angle_of(along)
+        if path.bend < 0:
+            return path
+        if turn_round(facets, strips, thread, which, path.bend, path.side) == 0:
+            path.ended = TANGLED
+            return path
+    path.ended = TANGLED
+    return path
