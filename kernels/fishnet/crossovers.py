@@ -19,6 +19,8 @@ from .strips import (
 
 MOST_STEPS = wp.constant(40)
 """Newton steps towards a crossover: three or four where the surface is smooth."""
+MOST_STOPS = wp.constant(6)
+"""Steps that end at the border before a crossover counts as beyond it."""
 CLOSE = wp.constant(wp.float64(2.0e-12))
 """Error of both lengths over the spacing at which a crossover is found [-]."""
 LEAST_SINE = wp.constant(wp.float64(1.0e-3))
@@ -101,11 +103,10 @@ def approach(
             return found
         if walk.ended == AT_BORDER:
             stopped = stopped + 1
-            if stopped > 6:
-                found.status = BORDER
-                return found
-        else:
-            stopped = 0
+            if stopped > MOST_STOPS:
+                break
+    if stopped > 0:
+        found.status = BORDER
     return found
 
 

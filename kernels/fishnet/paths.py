@@ -26,7 +26,11 @@ HALF_TURN = wp.constant(wp.float64(3.141592653589793))
 WHOLE_TURN = wp.constant(wp.float64(6.283185307179586))
 BENT = wp.constant(wp.float64(1.0e-9))
 """Bend of a way [rad] that is no more than rounding."""
-MOST_TURNED = wp.constant(40)
+GRAZED = wp.constant(wp.float64(1.0e-14))
+ASLANT = wp.constant(wp.float64(1.0e-11))
+"""By how much of its length, and of the distance to a vertex, a straight way may miss that vertex on
+the wrong side [-]: rounding, where it runs along an edge or through a vertex."""
+MOST_TURNED = wp.constant(1000)
 """Vertices round which a strip is turned; each makes the way shorter."""
 
 STRAIGHTENED = wp.constant(0)
@@ -109,12 +113,15 @@ def unfold(facets: Facets, facet: int, strips: Strips, thread: int, which: int) 
 
 @wp.func
 def in_sight(start: wp.vec2d, goal: wp.vec2d, strips: Strips, thread: int, count: int) -> bool:
-    """Whether a straight line passes between the ends of all half-edges."""
+    """Whether a straight line passes between the ends of all half-edges, or through them."""
     way = goal - start
+    far = wp.length(way)
     for i in range(count):
-        if cross2(way, strips.left[thread, i] - start) < ZERO:
+        left = strips.left[thread, i] - start
+        right = strips.right[thread, i] - start
+        if cross2(way, left) < -far * (GRAZED * far + ASLANT * wp.length(left)):
             return False
-        if cross2(way, strips.right[thread, i] - start) > ZERO:
+        if cross2(way, right) > far * (GRAZED * far + ASLANT * wp.length(right)):
             return False
     return True
 
@@ -141,6 +148,8 @@ def bend_at(
     total = facets.around[vertex_of(facets, half_edge // 3, k)]
     if total < ZERO:
         return 2
+    if turn < -BENT:  # wound round the vertex by more than half a turn
+        turn = turn + WHOLE_TURN
     if total - HALF_TURN - turn < HALF_TURN - BENT:
         return 1
     return 0
@@ -203,21 +212,22 @@ def pull_tight(
                 at = at_right
             if at == count:  # the goal itself, on the line to it
                 break
-            way = to - apex
-            path.length = path.length + wp.length(way)
-            if corner < 0:
-                path.leave = angle_of(way)
-            elif path.bend < 0:
-                turn = wp.float64(side) * turn_between(before, way)
-                kind = bend_at(facets, strips, thread, which, corner, side, turn)
-                if kind == 1:
-                    path.bend = corner
-                    path.side = side
-                if kind == 2:
-                    path.ended = ALONG_BORDER
-            before = way
-            corner = at
-            side = found
+            if not (to == apex):  # else the next half-edge ends at the same corner
+                way = to - apex
+                path.length = path.length + wp.length(way)
+                if corner < 0:
+                    path.leave = angle_of(way)
+                elif path.bend < 0:
+                    turn = wp.float64(side) * turn_between(before, way)
+                    kind = bend_at(facets, strips, thread, which, corner, side, turn)
+                    if kind == 1:
+                        path.bend = corner
+                        path.side = side
+                    if kind == 2:
+                        path.ended = ALONG_BORDER
+                before = way
+                corner = at
+                side = found
             apex = to
             left = to
             right = to

@@ -6,6 +6,10 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+STEEP = 0.5
+"""Mean cosine between the facets round a hole and those that would span it below which it is an end
+of the surface, such as that of a tube [-]: 60°."""
+
 
 def border_loops(facets: np.ndarray) -> list[np.ndarray]:
     """Borders of facets of one sense, each as its vertices along the facets' own sense."""
@@ -31,9 +35,10 @@ def border_loops(facets: np.ndarray) -> list[np.ndarray]:
 
 
 def span_holes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Facets that close every border but the longest one of each piece, shape [new, 3].
+    """Facets that close the holes of a surface, shape [new, 3].
 
-    A ply lies straight across a hole; what of it lies there may be trimmed later.
+    A ply lies straight across a hole; what of it lies there may be trimmed later. A hole is every
+    border but the longest one of each piece where it can be spanned without a sharp bend.
 
     Args:
         points: vertices [m], shape [vertex, 3].
@@ -53,7 +58,25 @@ def span_holes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
             outer[int(piece[loop[0]])] = number
     holes = [loop for number, loop in enumerate(loops) if number not in outer.values()]
     spans = [clip_ears(points, loop[::-1]) for loop in holes]
+    spans = [span for span in spans if _goes_on(points, facets, span)]
     return np.concatenate([np.zeros((0, 3), dtype=np.int64), *spans])
+
+
+def _goes_on(points: np.ndarray, facets: np.ndarray, span: np.ndarray) -> bool:
+    """Whether facets across a hole go on as those round it do: not so at the end of a tube."""
+    normals = np.concatenate([_normals(points, span), _normals(points, facets)])
+    both = np.concatenate([span, facets])
+    ends = both[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    rim = {(b, a): f // 3 for f, (a, b) in enumerate(ends[: 3 * len(span)].tolist())}
+    pairs = [(rim[side], f // 3) for f, side in enumerate(map(tuple, ends.tolist())) if side in rim]
+    own, other = np.array([pair for pair in pairs if pair[1] >= len(span)]).T
+    return bool((normals[own] * normals[other]).sum(axis=1).mean() > STEEP)
+
+
+def _normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    a, b, c = np.moveaxis(points[facets], 1, 0)
+    normal = np.cross(b - a, c - a)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 def clip_ears(points: np.ndarray, loop: np.ndarray) -> np.ndarray:
