@@ -153,6 +153,8 @@ def first_guess(
         guess.place = u.place
     if join.ended == WALKED:
         guess.status = PLACED
+    elif u.ended == AT_BORDER or v.ended == AT_BORDER or join.ended == AT_BORDER:
+        guess.status = BORDER
     return guess
 
 

@@ -20,7 +20,7 @@ from .facets import (
     next_corner,
     vertex_of,
 )
-from .strips import SPARE_STRIP, Strips, push_one
+from .strips import AT_BORDER, OVERFULL, SPARE_STRIP, WALKED, Strips, push_one
 
 HALF_TURN = wp.constant(wp.float64(3.141592653589793))
 WHOLE_TURN = wp.constant(wp.float64(6.283185307179586))
@@ -263,7 +263,7 @@ def end_of(facets: Facets, half_edge: int, side: int) -> int:
 def turn_round(
     facets: Facets, strips: Strips, thread: int, which: int, crossing: int, side: int
 ) -> int:
-    """Lead a strip round the other side of a vertex; return 0 if it cannot.
+    """Lead a strip round the other side of a vertex; return how that walk ended.
 
     Args:
         facets: of the surface.
@@ -299,18 +299,18 @@ def turn_round(
         over = 3 * facet + k
         twin = facets.twins[over]
         if twin < 0:
-            return 0
+            return AT_BORDER
         fits = fits * push_one(facets, strips, thread, SPARE_STRIP, over)
         facet = twin // 3
         k = twin % 3
     for i in range(last + 1, count):
         fits = fits * push_one(facets, strips, thread, SPARE_STRIP, strips.edges[thread, which, i])
     if fits == 0 or facet != goal:
-        return 0
+        return OVERFULL
     for i in range(strips.counts[thread, SPARE_STRIP]):
         strips.edges[thread, which, i] = strips.edges[thread, SPARE_STRIP, i]
     strips.counts[thread, which] = strips.counts[thread, SPARE_STRIP]
-    return 1
+    return WALKED
 
 
 @wp.func
@@ -343,8 +343,11 @@ def straighten(
         path.arrive = path.arrive - angle_of(along)
         if path.bend < 0:
             return path
-        if turn_round(facets, strips, thread, which, path.bend, path.side) == 0:
+        turned = turn_round(facets, strips, thread, which, path.bend, path.side)
+        if turned != WALKED:
             path.ended = TANGLED
+            if turned == AT_BORDER:
+                path.ended = ALONG_BORDER
             return path
     path.ended = TANGLED
     return path

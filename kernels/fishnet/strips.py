@@ -151,7 +151,7 @@ def walk_towards(
             return walk
         half_edge = 3 * walk.place.facet + out.edge
         if facets.twins[half_edge] < 0:
-            walk.ended = ASTRAY
+            walk.ended = AT_BORDER
             return walk
         if push(facets, strips, thread, which, half_edge) == 0:
             walk.ended = OVERFULL
