@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -106,6 +106,17 @@ class Net:
         there = self.placed
         points[there] = self.surface.in_space(self.facets[there], self.places[there])
         return points
+
+    @cached_property
+    def flat_points(self) -> np.ndarray:
+        """All nodes in the flat blank, the start at its origin, x along the warp [m], […, 2]."""
+        i, j = np.indices(self.status.shape) - np.array(self.middle)[:, None, None]
+        weft = np.array([math.cos(self.yarn_angle), math.sin(self.yarn_angle)])
+        return self.spacing * (i[..., None] * np.array([1.0, 0.0]) + j[..., None] * weft)
+
+    def within(self, wanted: np.ndarray) -> Net:
+        """The same net without the nodes that are not wanted; ``wanted`` is boolean."""
+        return replace(self, status=np.where(wanted, self.status, int(nodes.OPEN)))
 
     @cached_property
     def cells(self) -> np.ndarray:
