@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.fishnet.drape import drape_fishnet
-    from warpdrape.fishnet.search import best_fishnet
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
@@ -54,7 +53,6 @@ __all__ = [
     "Stroke",
     "Tool",
     "WantedDirection",
-    "best_fishnet",
     "drape_fishnet",
     "lay_up",
     "read_run",
@@ -85,7 +83,6 @@ _HOME = {
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
     "WantedDirection": "defects.alignment",
-    "best_fishnet": "fishnet.search",
     "drape_fishnet": "fishnet.drape",
     "lay_up": "blanks.ply",
     "read_run": "results.read_run",

@@ -14,6 +14,7 @@ import warp as wp
 from warpdrape.errors import InputError, said
 from warpdrape.fishnet.holes import span_holes
 from warpdrape.kernels.fishnet.facets import Facets
+from warpdrape.kernels.fishnet.heights import compute_heights
 from warpdrape.kernels.fishnet.nearest import compute_nearest
 from warpdrape.tools.orientation import oriented, without_doubles
 
@@ -128,6 +129,31 @@ class NetSurface:
             wp.array(self.facets.ravel(), dtype=wp.int32, device="cpu"),
         )
         return mesh, wp.array(self.points[self.facets], dtype=wp.vec3d, device="cpu")
+
+    def top_at(self, at: np.ndarray) -> np.ndarray:
+        """The highest point over x and y [m], shape [3]; the nearest one where none lies there."""
+        mesh, corners = self._query
+        heights = wp.empty(1, dtype=wp.float64, device="cpu")
+        asked = wp.array(np.asarray(at, dtype=float)[None], dtype=wp.vec2d, device="cpu")
+        far = 2.0 * float(np.abs(self.points).max() + np.abs(at).max())
+        wp.launch(compute_heights, 1, [mesh.id, corners, asked, far, 1.0], [heights], device="cpu")
+        height = float(heights.numpy()[0])
+        if height < far:
+            return np.append(at, height)
+        return self.nearest(np.append(at, self.points[:, 2].max())[None])[1][0]
+
+    def offset(self, distance: float) -> NetSurface:
+        """The surface moved along its normals, to the outside where above zero [m]."""
+        if distance == 0.0:
+            return self
+        normals = np.zeros_like(self.points)
+        corners = self.points[self.facets]
+        twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        for k in range(3):
+            np.add.at(normals, self.facets[:, k], twice)
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        moved = self.points + distance * normals / np.maximum(length, 1e-300)
+        return NetSurface(moved, self.facets, self.spanned)
 
     def locate(self, start: Any) -> tuple[int, np.ndarray]:
         """Facet and place in it [m], shape [2], of a start point.

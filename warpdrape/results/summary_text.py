@@ -55,6 +55,8 @@ def verdict(summary: Mapping[str, Any]) -> str:
     """How a run ended, in a line."""
     took = f"{summary['steps']:,} steps, {summary['triangles']:,} triangles"
     took += f", {_time(summary['wall_s'])}"
+    if "not_given" in summary and summary["status"] == "completed":
+        return f"Completed: draped by {summary['approach']} ({took.partition(', ')[2]})"
     if summary["status"] == "completed":
         return f"Completed: {1e3 * summary['simulated_s']:.4g} ms simulated ({took})"
     return (
@@ -102,9 +104,9 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
             (
                 tool["name"],
                 f"{1e3 * tool['displacement_m']:.2f} mm",
-                f"{tool['force_n']:.1f} N",
-                f"{tool['max_force_n']:.1f} N",
-                f"{1e3 * tool['max_penetration_m']:.3f} mm",
+                "-" if tool["force_n"] is None else f"{tool['force_n']:.1f} N",
+                "-" if tool["max_force_n"] is None else f"{tool['max_force_n']:.1f} N",
+                _depth(tool["max_penetration_m"]),
                 f"{100 * tool['coverage']:.0f} %" if "coverage" in tool else "-",
             )
         )
@@ -126,7 +128,15 @@ def _interfaces(interfaces: Sequence[Mapping[str, Any]]) -> str:
     return _table(rows)
 
 
+def _depth(length: float | None) -> str:
+    return "-" if length is None else f"{1e3 * length:.3f} mm"
+
+
 def _quality(summary: Mapping[str, Any]) -> str:
+    if "not_given" in summary:
+        return textwrap.fill(
+            f"approach {summary['approach']}, which gives no {', '.join(summary['not_given'])}", WIDTH
+        )
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [

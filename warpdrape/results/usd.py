@@ -27,6 +27,7 @@ from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
 from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
 from warpdrape.results.usd_stage import (
+    MAY_BE_EMPTY,
     TIME_PATH,
     VERTEX_PRIMVARS,
     MeshPrim,
@@ -300,6 +301,8 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray[np.float32
     shapes |= dict.fromkeys(VERTEX_PRIMVARS, (n,)) | {"slip": (n, 3)}
     for name, value in values.items():
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
+    for name in MAY_BE_EMPTY:
+        values.setdefault(name, np.zeros(0, np.float32))
     values["color"] = shear_color(values["shear_angle_deg"])
     values["extent"] = extent(values["points"])
     return values

@@ -122,8 +122,8 @@ def _read(
 
 def _read_ply(prim: Usd.Prim, time: Usd.TimeCode, quantity: Quantity) -> PlyView:
     mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
-    if not primvars.HasPrimvar(quantity.primvar):
-        there = [name for name, q in QUANTITIES.items() if primvars.HasPrimvar(q.primvar)]
+    if not _given(primvars, quantity.primvar, time):
+        there = [name for name, q in QUANTITIES.items() if _given(primvars, q.primvar, time)]
         raise InputError(
             f"ply {prim.GetName()!r} has no {quantity.title} in this run; it has: "
             + ", ".join(there)
@@ -141,6 +141,11 @@ def _read_ply(prim: Usd.Prim, time: Usd.TimeCode, quantity: Quantity) -> PlyView
         weft=values("weft"),
         values=quantity.of(values(quantity.primvar)),
     )
+
+
+def _given(primvars: UsdGeom.PrimvarsAPI, name: str, time: Usd.TimeCode) -> bool:
+    """Whether a ply has values of a primvar; it is empty where an approach gives none."""
+    return primvars.HasPrimvar(name) and len(primvars.GetPrimvar(name).Get(time) or ()) > 0
 
 
 def _read_tool(prim: Usd.Prim, time: Usd.TimeCode) -> Surface:
