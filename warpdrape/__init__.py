@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from warpdrape.defects.alignment import WantedDirection
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
+    from warpdrape.fishnet.darts import suggest_darts
     from warpdrape.fishnet.drape import drape_fishnet
+    from warpdrape.fishnet.search import best_fishnet
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
@@ -53,10 +55,12 @@ __all__ = [
     "Stroke",
     "Tool",
     "WantedDirection",
+    "best_fishnet",
     "drape_fishnet",
     "lay_up",
     "read_run",
     "stack_top",
+    "suggest_darts",
     "units",
 ]
 
@@ -83,10 +87,12 @@ _HOME = {
     "Stroke": "tools.motion",
     "Tool": "tools.tool",
     "WantedDirection": "defects.alignment",
+    "best_fishnet": "fishnet.search",
     "drape_fishnet": "fishnet.drape",
     "lay_up": "blanks.ply",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",
+    "suggest_darts": "fishnet.darts",
 }
 """Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""
 

@@ -21,7 +21,7 @@ from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.fishnet.net import Net
 from warpdrape.fishnet.stack import Draped, drape_stack
-from warpdrape.results.defects import DefectWatch, defect_columns, defect_entries
+from warpdrape.results.defects import DefectWatch, defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.frame_data import PlyShape, ToolShape
 from warpdrape.results.history import tool_axis
@@ -119,10 +119,11 @@ def _finish(
     moments = []
     for moved, flat in ((still, True), (shifts, False)):
         plies = [_formed(p, d, flat) for p, d in zip(scene.plies, draped, strict=True)]
-        moments.append((watch.look(plies, moved), moved))
+        looked = watch.look(plies, moved)
+        moments.append(([replace(ply, wrinkle=None) for ply in looked], moved))
     times = (0.0, scene.duration)
     rows = [_row(scene, at, *moment) for at, moment in zip(times, moments, strict=True)]
-    plies = moments[-1][0]
+    plies = tuple(moments[-1][0])
     given = [name for name in rows[0] if rows[0][name] is not None]
     history = {name: np.array([row[name] for row in rows]) for name in given}
     summary = _summary(scene, draped, plies, history, time.perf_counter() - begun)
@@ -175,8 +176,6 @@ def _row(
         row[f"{tool.name}_force_n"] = None
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
-    for ply in plies:
-        row.update(defect_columns(ply))
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
     row.update({f"{name}_j": None for name in ENERGIES})
     return row
@@ -224,11 +223,21 @@ def _summary(
         "self_contact": [],
         "plies": [
             _ply_entry(scene, number, ply, draped[number].net)
-            | defect_entries(scene, number, ply, history)
+            | _defects(scene, number, ply, history)
             for number, ply in enumerate(plies)
         ],
         "reported": [],
     }
+
+
+def _defects(
+    scene: Setup, number: int, formed: FormedPly, history: Mapping[str, np.ndarray]
+) -> dict[str, Any]:
+    """What of a ply's defects its shape and shear tell; a net lies on its surface and so has none
+    of the wrinkles that the ply would have."""
+    entries = defect_entries(scene, number, formed, history)
+    entries["defects"]["wrinkles"] = None
+    return entries
 
 
 def _ply_entry(scene: Setup, number: int, formed: FormedPly, net: Net) -> dict[str, Any]:
@@ -254,6 +263,10 @@ def _ply_entry(scene: Setup, number: int, formed: FormedPly, net: Net) -> dict[s
     }
 
 
+def _shown(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in names if name != "wrinkle")
+
+
 def _write(
     scene: Setup,
     folder: RunFolder,
@@ -267,7 +280,7 @@ def _write(
     folder.begin()
     folder.write_json(RUN, run_record(scene, None, len(rows) - 1, 1))
     shapes = [
-        PlyShape(p.name, p.rest_points, p.mesh.triangles, (), shown_of_defects(p))
+        PlyShape(p.name, p.rest_points, p.mesh.triangles, (), _shown(shown_of_defects(p)))
         for p in scene.plies
     ]
     tools = [ToolShape(t.name, t.vertices, t.triangles) for t in scene.tools]

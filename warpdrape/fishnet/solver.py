@@ -17,7 +17,7 @@ from warpdrape.kernels.fishnet.generators import compute_generators, compute_pla
 from warpdrape.kernels.fishnet.nodes import Net as NetArrays
 from warpdrape.kernels.fishnet.strips import Strips
 
-LEAST_ROOM, ROOM_PER_FACET, MOST_ROOM = 64, 24, 4096
+LEAST_ROOM, ROOM_PER_FACET, MOST_ROOM = 1024, 24, 8192
 """Half-edges that a yarn segment may cross: at least, per mean facet along it, at most."""
 
 

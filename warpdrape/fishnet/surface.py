@@ -77,6 +77,12 @@ class NetSurface:
         return float(np.linalg.norm(np.ptp(self.points[np.unique(self.facets)], axis=0)))
 
     @cached_property
+    def area(self) -> float:
+        """Area of its facets but those that span holes [m²]."""
+        a, b, c = np.moveaxis(self.points[self.facets[~self.spanned]], 1, 0)
+        return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+    @cached_property
     def edge(self) -> float:
         """Mean side of its facets [m]."""
         corners = self.points[self.facets]
