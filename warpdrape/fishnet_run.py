@@ -233,8 +233,7 @@ def _summary(
 def _defects(
     scene: Setup, number: int, formed: FormedPly, history: Mapping[str, np.ndarray]
 ) -> dict[str, Any]:
-    """What of a ply's defects its shape and shear tell; a net lies on its surface and so has none
-    of the wrinkles that the ply would have."""
+    """What of a ply's defects its shape and shear tell; a net has none of the ply's wrinkles."""
     entries = defect_entries(scene, number, formed, history)
     entries["defects"]["wrinkles"] = None
     return entries

@@ -1,8 +1,8 @@
 """Facets as flat pieces side by side: places and directions in a facet, and from one to the next.
 
-A half-edge 3 f + k runs from corner k to corner k + 1 of facet f, the facet to its left. A place is
-a facet and two coordinates in it: the first from corner 0 towards corner 1, the second square to it,
-towards corner 2. A direction is its angle against the first.
+A half-edge 3 f + k runs from corner k to corner k + 1 of facet f, the facet to its left. A place
+is a facet and two coordinates in it: the first from corner 0 towards corner 1, the second square to
+it, towards corner 2. A direction is its angle against the first.
 """
 
 import warp as wp

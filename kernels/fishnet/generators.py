@@ -129,7 +129,7 @@ def walk_in_plane(
     walk = Walk()
     walk.place = start
     left = wp.abs(length)
-    entry = int(-1)
+    entry = wp.int32(-1)
     for _ in range(strips.edges.shape[2]):
         along = in_plane(facets, walk.place.facet, normal)
         if length < ZERO:

@@ -28,7 +28,9 @@ def compute_heights(
     zero = wp.float64(0.0)
     at = wp.vec3d(points[i][0], points[i][1], sign * far)
     down = wp.vec3d(zero, zero, -sign)
-    query = wp.mesh_query_ray(mesh, to_single(at), to_single(down), wp.float32(2.0 * wp.float32(far)))
+    query = wp.mesh_query_ray(
+        mesh, to_single(at), to_single(down), wp.float32(2.0 * wp.float32(far))
+    )
     heights[i] = far
     if query.result:
         a = corners[query.face, 0]

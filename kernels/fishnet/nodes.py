@@ -17,8 +17,8 @@ FINE = wp.constant(5)
 BEHIND = wp.constant(6)
 CUT_OFF = wp.constant(7)
 """What became of a node: not looked for; there; beyond the surface's border; nowhere at the spacing
-from both neighbours, or sheared past the limit; not found, so that the spacing is too coarse for the
-surface; more facets in a yarn segment than fit; without neighbours because of a border; without
+from both neighbours, or sheared past the limit; not found, so that the spacing is too coarse for
+the surface; more facets in a yarn segment than fit; without neighbours because of a border; without
 neighbours for another reason."""
 
 

@@ -1,16 +1,14 @@
-"""The shortest way within a strip, and strips turned round vertices until it is a geodesic.
+"""Geodesics between two places that a strip joins.
 
-A strip is unfolded into the plane of its first facet. Where its end is in sight of its start the way
-is straight; else it bends at vertices of the strip's sides and is drawn tight like a string through
-a funnel (Lee and Preparata 1984). A way that bends round a vertex with less than half a turn on its
-other side is shorter there: the strip is turned to that side. What is left is locally shortest; it
-passes through vertices only where more than a full turn meets in them.
+A strip is unfolded into the plane of its first facet. Where its end is in sight of its start the
+way is straight; else it is pulled tight, and where it bends round a vertex that it had better pass
+on the other side, the strip is turned there. What is left is locally shortest; it passes through
+vertices only where more than a full turn meets in them.
 """
 
 import warp as wp
 
 from .facets import (
-    ZERO,
     Facets,
     Place,
     angle_of,
@@ -20,35 +18,15 @@ from .facets import (
     next_corner,
     vertex_of,
 )
+from .funnel import ALONG_BORDER, TANGLED, Path, pull_tight
 from .strips import AT_BORDER, OVERFULL, SPARE_STRIP, WALKED, Strips, push_one
 
-HALF_TURN = wp.constant(wp.float64(3.141592653589793))
-WHOLE_TURN = wp.constant(wp.float64(6.283185307179586))
-BENT = wp.constant(wp.float64(1.0e-9))
-"""Bend of a way [rad] that is no more than rounding."""
 GRAZED = wp.constant(wp.float64(1.0e-14))
 ASLANT = wp.constant(wp.float64(1.0e-11))
-"""By how much of its length, and of the distance to a vertex, a straight way may miss that vertex on
-the wrong side [-]: rounding, where it runs along an edge or through a vertex."""
+"""By how much of its length, and of the distance to a vertex, a straight way may miss that vertex
+on the wrong side [-]: rounding, where it runs along an edge or through a vertex."""
 MOST_TURNED = wp.constant(1000)
 """Vertices round which a strip is turned; each makes the way shorter."""
-
-STRAIGHTENED = wp.constant(0)
-ALONG_BORDER = wp.constant(1)
-TANGLED = wp.constant(2)
-"""How it went: a geodesic; a way that hugs the border; or too many turns."""
-
-
-@wp.struct
-class Path:
-    """A shortest way from one place to another."""
-
-    length: wp.float64  # [m]
-    leave: wp.float64  # direction at its start, in the facet there [rad]
-    arrive: wp.float64  # direction at its end, in the facet there [rad]
-    ended: wp.int32  # one of STRAIGHTENED, ALONG_BORDER, TANGLED
-    bend: wp.int32  # corners of it that lie on one vertex to be turned round: that crossing, or −1
-    side: wp.int32  # 1 if that vertex lies to the left, −1 to the right
 
 
 @wp.struct
@@ -127,130 +105,6 @@ def in_sight(start: wp.vec2d, goal: wp.vec2d, strips: Strips, thread: int, count
 
 
 @wp.func
-def bend_at(
-    facets: Facets, edges: Strips, thread: int, which: int, i: int, side: int, turn: wp.float64
-) -> int:
-    """What a bend at an end of a crossed half-edge is: 0 right, 1 to be turned round, 2 at a border.
-
-    Args:
-        facets: of the surface.
-        edges: the strips.
-        thread: whose.
-        which: strip.
-        i: number of the crossing.
-        side: 1 for its left end, −1 for its right one.
-        turn: of the way there towards that side [rad].
-    """
-    half_edge = edges.edges[thread, which, i]
-    k = half_edge % 3
-    if side > 0:
-        k = next_corner(k)
-    total = facets.around[vertex_of(facets, half_edge // 3, k)]
-    if total < ZERO:
-        return 2
-    if turn < -BENT:  # wound round the vertex by more than half a turn
-        turn = turn + WHOLE_TURN
-    if total - HALF_TURN - turn < HALF_TURN - BENT:
-        return 1
-    return 0
-
-
-@wp.func
-def turn_between(a: wp.vec2d, b: wp.vec2d) -> wp.float64:
-    """Angle from one vector to another [rad]."""
-    return wp.atan2(cross2(a, b), wp.dot(a, b))
-
-
-@wp.func
-def pull_tight(
-    facets: Facets, start: wp.vec2d, goal: wp.vec2d, strips: Strips, thread: int, which: int
-) -> Path:
-    """The shortest way through an unfolded strip, with its first bend that is to be turned round.
-
-    ``arrive`` is in the strip's plane. Source: the funnel of Lee and Preparata (1984).
-    """
-    path = Path()
-    path.bend = -1
-    count = strips.counts[thread, which]
-    apex = start
-    before = wp.vec2d(ZERO, ZERO)  # the way into the corner at the apex
-    corner = int(-1)
-    side = int(0)
-    left = start
-    right = start
-    at_left = int(-1)
-    at_right = int(-1)
-    i = int(0)
-    for _ in range((count + 2) * (count + 2)):
-        if i > count:
-            break
-        l = goal
-        r = goal
-        if i < count:
-            l = strips.left[thread, i]
-            r = strips.right[thread, i]
-        found = int(0)
-        if cross2(right - apex, r - apex) >= ZERO:
-            if right == apex or cross2(left - apex, r - apex) < ZERO:
-                right = r
-                at_right = i
-            else:
-                found = 1
-        if found == 0 and cross2(left - apex, l - apex) <= ZERO:
-            if left == apex or cross2(right - apex, l - apex) > ZERO:
-                left = l
-                at_left = i
-            else:
-                found = -1
-        if found == 0:
-            i = i + 1
-        else:
-            to = left
-            at = at_left
-            if found < 0:
-                to = right
-                at = at_right
-            if at == count:  # the goal itself, on the line to it
-                break
-            if not (to == apex):  # else the next half-edge ends at the same corner
-                way = to - apex
-                path.length = path.length + wp.length(way)
-                if corner < 0:
-                    path.leave = angle_of(way)
-                elif path.bend < 0:
-                    turn = wp.float64(side) * turn_between(before, way)
-                    kind = bend_at(facets, strips, thread, which, corner, side, turn)
-                    if kind == 1:
-                        path.bend = corner
-                        path.side = side
-                    if kind == 2:
-                        path.ended = ALONG_BORDER
-                before = way
-                corner = at
-                side = found
-            apex = to
-            left = to
-            right = to
-            at_left = at
-            at_right = at
-            i = at + 1
-    way = goal - apex
-    path.length = path.length + wp.length(way)
-    path.arrive = angle_of(way)
-    if corner < 0:
-        path.leave = path.arrive
-    elif path.bend < 0:
-        turn = wp.float64(side) * turn_between(before, way)
-        kind = bend_at(facets, strips, thread, which, corner, side, turn)
-        if kind == 1:
-            path.bend = corner
-            path.side = side
-        if kind == 2:
-            path.ended = ALONG_BORDER
-    return path
-
-
-@wp.func
 def end_of(facets: Facets, half_edge: int, side: int) -> int:
     """Vertex at the left (1) or right (−1) end of a crossed half-edge."""
     k = half_edge % 3
@@ -276,13 +130,21 @@ def turn_round(
     count = strips.counts[thread, which]
     vertex = end_of(facets, strips.edges[thread, which, crossing], side)
     first = crossing
-    while first > 0 and end_of(facets, strips.edges[thread, which, first - 1], side) == vertex:
+    for _ in range(count):
+        if first == 0:
+            break
+        if end_of(facets, strips.edges[thread, which, first - 1], side) != vertex:
+            break
         first = first - 1
     last = crossing
-    while last + 1 < count and end_of(facets, strips.edges[thread, which, last + 1], side) == vertex:
+    for _ in range(count):
+        if last + 1 == count:
+            break
+        if end_of(facets, strips.edges[thread, which, last + 1], side) != vertex:
+            break
         last = last + 1
     strips.counts[thread, SPARE_STRIP] = 0
-    fits = int(1)
+    fits = wp.int32(1)
     for i in range(first):
         fits = fits * push_one(facets, strips, thread, SPARE_STRIP, strips.edges[thread, which, i])
     half_edge = strips.edges[thread, which, first]

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .facets import ONE, ZERO, Exit, Facets, Place, across, exit_of, heading, in_facet
+from .facets import ONE, ZERO, Facets, Place, across, exit_of, heading, in_facet
 
 WARP_STRIP = wp.constant(0)
 WEFT_STRIP = wp.constant(1)
@@ -87,7 +87,7 @@ def walk_straight(
     walk.place = start
     walk.angle = angle
     left = length
-    entry = int(-1)
+    entry = wp.int32(-1)
     for _ in range(strips.edges.shape[2]):
         along = heading(walk.angle)
         out = exit_of(facets, walk.place, along, entry, left)
@@ -134,7 +134,7 @@ def walk_towards(
     """
     walk = Walk()
     walk.place = start
-    entry = int(-1)
+    entry = wp.int32(-1)
     for _ in range(strips.edges.shape[2]):
         if walk.place.facet == goal.facet:
             walk.place = goal

@@ -16,6 +16,7 @@ from warpdrape.errors import length as size
 from warpdrape.fishnet.least_shear import least_shear_turns
 from warpdrape.fishnet.net import Net
 from warpdrape.fishnet.solver import Begin, lay_out
+from warpdrape.fishnet.start_line import turns_along
 from warpdrape.fishnet.surface import NetSurface
 from warpdrape.tools.motion import vector
 from warpdrape.tools.tool import Tool
@@ -35,7 +36,7 @@ def drape_fishnet(
     surface: Tool | NetSurface | trimesh.Trimesh | str | os.PathLike,
     spacing: float,
     *,
-    start: Sequence[float] | None = None,
+    start: Sequence[float] | Sequence[Sequence[float]] | None = None,
     warp: Sequence[float] = (1.0, 0.0, 0.0),
     yarn_angle: float = 0.5 * math.pi,
     generators: str = "geodesic",
@@ -55,8 +56,10 @@ def drape_fishnet(
             outside of its facets.
         spacing: of the crossovers along the yarns [m].
         start: point of the surface where the generators cross [m], shape [3]; the nearest one to
-            the top of its middle if None.
-        warp: direction of the warp there, projected onto the surface, shape [3].
+            the top of its middle if None. Several points, shape [n, 3], are a start line: the
+            generators cross at the first, and the warp passes through the others in order.
+        warp: direction of the warp there, projected onto the surface, shape [3]; along a start
+            line where there is one.
         yarn_angle: from warp to weft in the flat ply [rad].
         generators: "geodesic"; "plane", sections of the surface by planes through its normal at
             the start; or "least_shear", bent so that the cells shear least (seconds).
@@ -86,18 +89,45 @@ def drape_fishnet(
         )
     if spacing > 0.5 * mould.size:
         raise InputError(
-            f"spacing = {spacing:.4g} m is larger than half the surface, {mould.size:.4g} m across: "
+            f"spacing = {spacing:.4g} m is more than half of the surface, {mould.size:.4g} m: "
             "give metres, as in 5 * mm"
         )
+    line = _line(start)
+    if line is not None:
+        start, warp = line[0], line[1] - line[0]
+        if generators != "geodesic":
+            raise InputError(
+                f"generators = {generators!r} and a start line: leave one of them out, as the line "
+                "says where the warp runs"
+            )
     begin = begin_at(mould, start, warp, yarn_angle)
-    ring = None if outline is None else _outline(outline)
+    ring = None if outline is None else read_outline(outline)
     counts = counts_of(mould, begin, spacing, ring)
     turns = None
     if generators == "least_shear":
         turns = least_shear_turns(mould, begin, spacing, counts, shear_limit)
+    if line is not None:
+        for point in line:
+            mould.locate(point)
+        turns = turns_along(mould, begin, spacing, counts, line[1:], shear_limit)
     planes = generators == "plane"
     net = lay_out(mould, begin, spacing, counts, limit=shear_limit, turns=turns, planes=planes)
     return net if ring is None else net.within(wanted_nodes(net, ring))
+
+
+def _line(start: Any) -> np.ndarray | None:
+    """Points of a start line [m], shape [n, 3]; None where a start is one point or none."""
+    try:
+        points = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    if points.ndim != 2:
+        return None
+    if points.shape[1:] != (3,) or len(points) < 2 or not np.isfinite(points).all():
+        raise InputError("a start line must be two points (x, y, z) [m] or more, in order")
+    if not (np.linalg.norm(np.diff(points, axis=0), axis=1) > 0.0).all():
+        raise InputError("a start line has the same point twice in a row: leave one out")
+    return points
 
 
 def as_surface(surface: Any, holes: str = "span", scale: float = 1.0) -> NetSurface:
@@ -122,7 +152,7 @@ def begin_at(
         points = surface.points[np.unique(surface.facets)]
         low, high = points.min(axis=0), points.max(axis=0)
         top = np.append(0.5 * (low + high)[:2], high[2])
-        facets, at = surface.nearest(top[None])
+        _, at = surface.nearest(top[None])
         start = at[0]
     facet, place = surface.locate(vector("start", start))
     return Begin(facet, place, surface.angle_in(facet, along), yarn_angle)
@@ -209,7 +239,8 @@ def _along(ring: np.ndarray, step: float) -> np.ndarray:
     )
 
 
-def _outline(outline: Any) -> np.ndarray:
+def read_outline(outline: Any) -> np.ndarray:
+    """Points of an outline [m], shape [n, 2]; raise `InputError` for what is none."""
     try:
         ring = np.asarray(outline, dtype=float)
     except (TypeError, ValueError):

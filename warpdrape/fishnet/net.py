@@ -1,4 +1,4 @@
-"""A net on a surface: its crossovers, the shear angle in its cells, and why it ends where it does."""
+"""A net on a surface: its crossovers, the shear angle in its cells, and why it ends."""
 
 from __future__ import annotations
 
@@ -161,7 +161,9 @@ class Net:
             weft_far[1:] - warp_far[:, 1:],
         ]
         whole = 2 * math.pi
-        return (np.stack(angles, -1) - self.yarn_angle + math.pi) % whole - math.pi + self.yarn_angle
+        return (
+            (np.stack(angles, -1) - self.yarn_angle + math.pi) % whole - math.pi + self.yarn_angle
+        )
 
     def _ends(self, family: str) -> tuple[np.ndarray, np.ndarray]:
         """Directions of each segment at its lower and its upper node, both towards the upper."""

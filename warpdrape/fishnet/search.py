@@ -14,10 +14,10 @@ from warpdrape.errors import InputError, finite, one_of
 from warpdrape.errors import length as size
 from warpdrape.fishnet.drape import (
     SHEAR_LIMIT,
-    _outline,
     as_surface,
     begin_at,
     counts_of,
+    read_outline,
     wanted_nodes,
 )
 from warpdrape.fishnet.net import Net
@@ -79,7 +79,7 @@ def best_fishnet(
         raise InputError("objective = 'past_locking' needs locking = …, the fabric's angle [rad]")
     if locking is not None:
         finite("locking", locking, unit="rad")
-    ring = None if outline is None else _outline(outline)
+    ring = None if outline is None else read_outline(outline)
     coarse = max(spacing, COARSE * mould.size)
 
     def net_from(begin: Begin, step: float) -> Net:
@@ -91,8 +91,7 @@ def best_fishnet(
         return cost_of(net_from(begin, coarse), objective, locking, ring)
 
     tried = [
-        (cost(begin), number, begin)
-        for number, begin in enumerate(_candidates(mould, yarn_angle))
+        (cost(begin), number, begin) for number, begin in enumerate(_candidates(mould, yarn_angle))
     ]
     tried.sort(key=lambda entry: entry[:2])
     best = tried[0][0], tried[0][2]

@@ -238,7 +238,9 @@ def _with_area(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 def _check_edges(points: np.ndarray, facets: np.ndarray) -> None:
     """Raise `InputError` where facets do not lie side by side."""
     ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    _, first, shared = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, shared = np.unique(
+        np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True
+    )
     if shared.max() > 2:
         at = points[ends[first[np.argmax(shared)]]].mean(axis=0)
         raise InputError(
@@ -285,6 +287,8 @@ def _arrays(surface: NetSurface) -> Facets:
     made.tips = wp.array(local[:, 2], dtype=wp.vec2d, device="cpu")
     made.twins = wp.array(twins, dtype=wp.int32, device="cpu")
     made.turns = wp.array(turned, dtype=wp.float64, device="cpu")
-    made.apexes = wp.array(np.stack([along, across], -1).reshape(-1, 2), dtype=wp.vec2d, device="cpu")
+    made.apexes = wp.array(
+        np.stack([along, across], -1).reshape(-1, 2), dtype=wp.vec2d, device="cpu"
+    )
     made.around = wp.array(around, dtype=wp.float64, device="cpu")
     return made

@@ -135,7 +135,8 @@ def _depth(length: float | None) -> str:
 def _quality(summary: Mapping[str, Any]) -> str:
     if "not_given" in summary:
         return textwrap.fill(
-            f"approach {summary['approach']}, which gives no {', '.join(summary['not_given'])}", WIDTH
+            f"approach {summary['approach']}, which gives no {', '.join(summary['not_given'])}",
+            WIDTH,
         )
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
