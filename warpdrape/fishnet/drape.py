@@ -20,7 +20,7 @@ from warpdrape.fishnet.start_line import turns_along
 from warpdrape.fishnet.surface import NetSurface
 from warpdrape.tools.motion import vector
 from warpdrape.tools.tool import Tool
-from warpdrape.tools.tool_mesh import read_surface
+from warpdrape.tools.tool_mesh import read_facets
 
 GENERATORS = ("geodesic", "plane", "least_shear")
 """How the two generator yarns run."""
@@ -137,7 +137,7 @@ def as_surface(surface: Any, holes: str = "span", scale: float = 1.0) -> NetSurf
     if isinstance(surface, Tool):
         return NetSurface.of_mesh(surface.surface.mesh, holes)
     if isinstance(surface, trimesh.Trimesh | str | os.PathLike):
-        return NetSurface.of_mesh(read_surface("mould", surface, scale).mesh, holes)
+        return NetSurface.of_mesh(read_facets("mould", surface, scale), holes)
     raise InputError(f"surface = {said(surface)} must be a Tool, a mesh or the path of a mesh file")
 
 

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from warpdrape.fishnet.edges import ends_of, twins_of
+
 STEEP = 0.5
 """Mean cosine between the facets round a hole and those that would span it below which it is an end
 of the surface, such as that of a tube [-]: 60°."""
@@ -13,12 +15,10 @@ of the surface, such as that of a tube [-]: 60°."""
 
 def border_loops(facets: np.ndarray) -> list[np.ndarray]:
     """Borders of facets of one sense, each as its vertices along the facets' own sense."""
-    ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    sides = {tuple(side) for side in ends.tolist()}
+    open_ends = ends_of(facets)[twins_of(facets, int(facets.max()) + 1) < 0]
     after: dict[int, list[int]] = {}
-    for a, b in ends.tolist():
-        if (b, a) not in sides:
-            after.setdefault(a, []).append(b)
+    for a, b in open_ends.tolist():
+        after.setdefault(a, []).append(b)
     loops = []
     while after:
         start = next(iter(after))
@@ -66,7 +66,7 @@ def _goes_on(points: np.ndarray, facets: np.ndarray, span: np.ndarray) -> bool:
     """Whether facets across a hole go on as those round it do: not so at the end of a tube."""
     normals = np.concatenate([_normals(points, span), _normals(points, facets)])
     both = np.concatenate([span, facets])
-    ends = both[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    ends = ends_of(both)
     rim = {(b, a): f // 3 for f, (a, b) in enumerate(ends[: 3 * len(span)].tolist())}
     pairs = [(rim[side], f // 3) for f, side in enumerate(map(tuple, ends.tolist())) if side in rim]
     own, other = np.array([pair for pair in pairs if pair[1] >= len(span)]).T

@@ -12,6 +12,7 @@ import trimesh
 import warp as wp
 
 from warpdrape.errors import InputError, said
+from warpdrape.fishnet.edges import ends_of, twins_of
 from warpdrape.fishnet.holes import span_holes
 from warpdrape.kernels.fishnet.facets import Facets
 from warpdrape.kernels.fishnet.heights import compute_heights
@@ -202,20 +203,6 @@ class NetSurface:
         return math.atan2(flat[1], flat[0])
 
 
-def twins_of(facets: np.ndarray, vertices: int) -> np.ndarray:
-    """Half-edge 3 f + k on the other side of each, −1 at a border, shape [3 facet].
-
-    Args:
-        facets: of one sense, shape [facet, 3].
-        vertices: how many.
-    """
-    ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    forth, back = ends[:, 0] * vertices + ends[:, 1], ends[:, 1] * vertices + ends[:, 0]
-    order = np.argsort(forth)
-    at = np.minimum(np.searchsorted(forth[order], back), len(forth) - 1)
-    return np.where(forth[order[at]] == back, order[at], -1)
-
-
 def _said_point(point: Any) -> str:
     try:
         return "(" + ", ".join(f"{float(v):.4g}" for v in point) + ")"
@@ -237,23 +224,20 @@ def _with_area(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 def _check_edges(points: np.ndarray, facets: np.ndarray) -> None:
     """Raise `InputError` where facets do not lie side by side."""
-    ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    _, first, shared = np.unique(
-        np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    if shared.max() > 2:
-        at = points[ends[first[np.argmax(shared)]]].mean(axis=0)
-        raise InputError(
-            f"{shared.max()} facets of the surface meet in one edge at {_said_point(at)} m: leave "
-            "one sheet on which the ply lies"
-        )
-    _, first, shared = np.unique(ends, axis=0, return_index=True, return_counts=True)
-    if shared.max() > 1:
-        at = points[ends[first[np.argmax(shared)]]].mean(axis=0)
-        raise InputError(
-            f"the surface has one side only, as a Möbius strip has; its facets clash at "
-            f"{_said_point(at)} m: cut it open"
-        )
+    ends = ends_of(facets)
+    for sides, words, remedy in (
+        (
+            np.sort(ends, axis=1),
+            "{} facets of the surface meet in one edge",
+            "leave one sheet on which the ply lies",
+        ),
+        (ends, "the surface has one side only, as a Möbius strip; its facets clash", "cut it open"),
+    ):
+        keys = sides[:, 0] * len(points) + sides[:, 1]
+        _, first, shared = np.unique(keys, return_index=True, return_counts=True)
+        if shared.max() > (2 if sides is not ends else 1):
+            at = _said_point(points[ends[first[np.argmax(shared)]]].mean(axis=0))
+            raise InputError(f"{words.format(shared.max())} at {at} m: {remedy}")
 
 
 def _arrays(surface: NetSurface) -> Facets:
@@ -275,8 +259,7 @@ def _arrays(surface: NetSurface) -> Facets:
         sides[..., 0] * before[..., 1] - sides[..., 1] * before[..., 0], (sides * before).sum(-1)
     )
     around = np.bincount(facets.ravel(), inner.ravel(), len(points))
-    ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    around[ends[twins < 0].ravel()] = -1.0
+    around[ends_of(facets)[twins < 0].ravel()] = -1.0
     turned = np.where(twins < 0, 0.0, heads[twins] + math.pi - heads)
     made = Facets()
     made.corners = wp.array(facets, dtype=wp.vec3i, device="cpu")

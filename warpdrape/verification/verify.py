@@ -87,6 +87,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         friction,
         invariance,
         mechanics,
+        nets,
         sphere_net,
     )
 
@@ -94,6 +95,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield bending.bending(quick)
     yield friction.friction(quick)
     yield compaction.compaction(quick)
+    yield nets.nets(quick)
     yield bulge.bulge(quick)
     yield invariance.invariance(quick)
     yield coupons.biaxial_tension(quick, folder)
