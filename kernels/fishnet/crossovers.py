@@ -1,4 +1,4 @@
-"""Crossovers: places at the spacing from both neighbours, diagonal by diagonal from the start."""
+"""Crossovers: places at the spacing from both neighbours, row by row from the generators."""
 
 import warp as wp
 
@@ -136,36 +136,35 @@ def by_border(status: int) -> bool:
     return status == BORDER or status == BEHIND
 
 
-@wp.kernel(enable_backward=False)
-def compute_crossovers(
+@wp.func
+def place_node(
     facets: Facets,
     net: Net,
+    i: int,
+    j: int,
+    d: wp.vec2i,
     middle: wp.vec2i,
-    diagonal: int,
     spacing: wp.float64,
     yarn_angle: wp.float64,
     limit: wp.float64,
     strips: Strips,
+    thread: int,
 ):
-    """Place the nodes of one diagonal, in all four quadrants; one thread a node.
+    """Place node (i, j) from its neighbours towards the start, or say why it cannot be.
 
     Args:
         facets: of the surface.
-        net: of which the diagonals before are placed; changed.
+        net: changed.
+        i: node along the warp.
+        j: node along the weft.
+        d: 1 or −1 along warp and weft, away from the start.
         middle: node of the start.
-        diagonal: how many yarns from the start, along warp and weft together.
         spacing: of the net [m].
         yarn_angle: from warp to weft in the flat ply [rad].
         limit: largest shear angle [rad].
-        strips: room for each thread; for one, where threads take turns as on the processor.
+        strips: room for each thread.
+        thread: whose.
     """
-    quadrant, k = wp.tid()
-    d = wp.vec2i(1 - 2 * (quadrant % 2), 1 - 2 * (quadrant // 2))
-    i = middle[0] + d[0] * (k + 1)
-    j = middle[1] + d[1] * (diagonal - 1 - k)
-    if i < 0 or j < 0 or i >= net.status.shape[0] or j >= net.status.shape[1]:
-        return
-    thread = wp.min(quadrant * (diagonal - 1) + k, strips.counts.shape[0] - 1)
     beside = net.status[i - d[0], j]
     below = net.status[i, j - d[1]]
     if beside == PLACED and below == PLACED:
@@ -194,3 +193,40 @@ def compute_crossovers(
         net.status[i, j] = BEHIND
     else:
         net.status[i, j] = CUT_OFF
+
+
+@wp.kernel(enable_backward=False)
+def compute_crossovers(
+    facets: Facets,
+    net: Net,
+    middle: wp.vec2i,
+    spacing: wp.float64,
+    yarn_angle: wp.float64,
+    limit: wp.float64,
+    strips: Strips,
+):
+    """Place all nodes between the generators, row by row; one thread a quadrant.
+
+    Args:
+        facets: of the surface.
+        net: whose generators are placed; changed.
+        middle: node of the start.
+        spacing: of the net [m].
+        yarn_angle: from warp to weft in the flat ply [rad].
+        limit: largest shear angle [rad].
+        strips: room for each thread; for one, where threads take turns as on the processor.
+    """
+    quadrant = wp.tid()
+    thread = wp.min(quadrant, strips.counts.shape[0] - 1)
+    d = wp.vec2i(1 - 2 * (quadrant % 2), 1 - 2 * (quadrant // 2))
+    along = middle[0]
+    across = middle[1]
+    if d[0] > 0:
+        along = net.status.shape[0] - 1 - middle[0]
+    if d[1] > 0:
+        across = net.status.shape[1] - 1 - middle[1]
+    for m in range(1, across + 1):
+        for k in range(1, along + 1):
+            i = middle[0] + d[0] * k
+            j = middle[1] + d[1] * m
+            place_node(facets, net, i, j, d, middle, spacing, yarn_angle, limit, strips, thread)

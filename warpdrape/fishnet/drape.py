@@ -185,27 +185,20 @@ def counts_of(
 
 
 def _grown(surface: NetSurface, begin: Begin, spacing: float) -> tuple[int, int, int, int]:
-    """As far as the generators go; half-way round where one comes back to the start."""
-    longest = math.ceil(GIRTH * surface.size / spacing)
-    if longest > MOST_NODES:
+    """As far as a net could go; half-way round a closed surface, where its generators come back."""
+    longest = max(1, math.ceil(GIRTH * surface.size / spacing))
+    if (surface.twins < 0).any() or longest > MOST_NODES:
         return (longest,) * 4
-    found = []
+    once = math.ceil(math.pi * surface.size / spacing)
+    reach = []
     for first in (0, 2):
         counts = [0, 0, 0, 0]
-        counts[first] = counts[first + 1] = longest
-        net = lay_out(surface, begin, spacing, counts, limit=SHEAR_LIMIT)
-        line = net.points.reshape(-1, 3)
-        there = net.placed.ravel()
-        for way in (slice(longest, None), slice(longest, None, -1)):
-            count = int(np.count_nonzero(there[way])) - 1
-            far = np.linalg.norm(line[way][1 : count + 1] - line[longest], axis=1)
-            back = np.flatnonzero(far[2:] < 0.75 * spacing)
-            found.append((int(back[0]) + 3) // 2 if len(back) else min(count + 1, longest))
-    # Away from the generators a net may reach further than they do.
-    along, across = max(found[:2]), max(found[2:])
-    closed = not (surface.twins < 0).any()
-    reach = (along, along, across, across) if closed else (longest,) * 4
-    return tuple(max(1, count) for count in reach)
+        counts[first] = once
+        line = lay_out(surface, begin, spacing, counts, limit=SHEAR_LIMIT).points.reshape(-1, 3)
+        far = np.linalg.norm(line[3:] - line[0], axis=1)
+        back = np.flatnonzero(far < 0.75 * spacing)
+        reach += [int(back[0] + 3) // 2 if len(back) else longest] * 2
+    return reach[0], reach[1], reach[2], reach[3]
 
 
 def in_yarns(points: np.ndarray, yarn_angle: float) -> np.ndarray:

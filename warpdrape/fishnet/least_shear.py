@@ -14,7 +14,7 @@ from warpdrape.fishnet.surface import NetSurface
 
 COARSE_NODES = 24
 """Crossovers along a generator of the net on which they are sought."""
-TRIES = 1500
+TRIES = 800
 """Nets that are laid out at most."""
 
 

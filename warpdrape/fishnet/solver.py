@@ -1,4 +1,4 @@
-"""Laying out a net: arrays of its nodes, generators first, then diagonal by diagonal."""
+"""Laying out a net: arrays of its nodes, generators first, then row by row."""
 
 from __future__ import annotations
 
@@ -85,9 +85,8 @@ def lay_out(
         bends = wp.array(turns, dtype=wp.float64, device="cpu")
         given = [surface.arrays, arrays, middle, start, angles, halves, bends, spacing, strips]
         wp.launch(compute_generators, 4, given, device="cpu")
-    for diagonal in range(2, max(forth, back) + max(up, down) + 1):
-        given = [surface.arrays, arrays, middle, diagonal, spacing, begin.yarn_angle, limit, strips]
-        wp.launch(compute_crossovers, (4, diagonal - 1), given, device="cpu")
+    given = [surface.arrays, arrays, middle, spacing, begin.yarn_angle, limit, strips]
+    wp.launch(compute_crossovers, 4, given, device="cpu")
     return _net(surface, arrays, spacing, begin, (back, down))
 
 

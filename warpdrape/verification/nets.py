@@ -58,7 +58,7 @@ def diagonal_shear(net: Net, polar: float) -> float:
     """
     i, j = net.middle
     count = min(net.cells.shape[0] - i, net.cells.shape[1] - j)
-    k = np.arange(count)
+    k = np.flatnonzero(net.cells[i + np.arange(count), j + np.arange(count)])
     corners = [net.points[i + k + a, j + k + b] for a in (0, 1) for b in (0, 1)]
     middle = sum(corners) / 4.0
     angle = np.arccos(middle[:, 2] / np.linalg.norm(middle, axis=1))
