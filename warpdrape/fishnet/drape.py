@@ -94,6 +94,8 @@ def drape_fishnet(
         )
     line = _line(start)
     if line is not None:
+        for point in line:
+            mould.locate(point)
         start, warp = line[0], line[1] - line[0]
         if generators != "geodesic":
             raise InputError(
@@ -107,8 +109,6 @@ def drape_fishnet(
     if generators == "least_shear":
         turns = least_shear_turns(mould, begin, spacing, counts, shear_limit)
     if line is not None:
-        for point in line:
-            mould.locate(point)
         turns = turns_along(mould, begin, spacing, counts, line[1:], shear_limit)
     planes = generators == "plane"
     net = lay_out(mould, begin, spacing, counts, limit=shear_limit, turns=turns, planes=planes)

@@ -63,8 +63,7 @@ def pressed_surface(
     if not np.isfinite(lower).any() or not np.isfinite(upper).any():
         raise InputError("no tool lies above or below the plies: look at where the tools stand")
     squeezed = lower > upper
-    middle = 0.5 * (lower + upper)
-    lower, upper = np.where(squeezed, middle, lower), np.where(squeezed, middle, upper)
+    lower[squeezed] = upper[squeezed] = 0.5 * (lower[squeezed] + upper[squeezed])
     heights = taut(np.clip(np.full(lower.shape, height), lower, upper), lower, upper)
     points = np.concatenate([at, heights[..., None]], axis=-1).reshape(-1, 3)
     return NetSurface.of_mesh(trimesh.Trimesh(points, _squares(len(x), len(y)), process=False))
