@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.numerics import Numerics
+    from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
@@ -58,6 +59,7 @@ __all__ = [
     "best_fishnet",
     "drape_fishnet",
     "lay_up",
+    "net_picture",
     "read_run",
     "stack_top",
     "suggest_darts",
@@ -90,6 +92,7 @@ _HOME = {
     "best_fishnet": "fishnet.search",
     "drape_fishnet": "fishnet.drape",
     "lay_up": "blanks.ply",
+    "net_picture": "results.net_picture",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",
     "suggest_darts": "fishnet.darts",
