@@ -54,49 +54,6 @@ def end_half(net: Net, middle: wp.vec2i, half: int, n: int, count: int, status: 
             net.status[at[0], at[1]] = CUT_OFF
 
 
-@wp.kernel(enable_backward=False)
-def compute_generators(
-    facets: Facets,
-    net: Net,
-    middle: wp.vec2i,
-    start: Place,
-    angles: wp.array(dtype=wp.float64),
-    counts: wp.array(dtype=wp.int32),
-    turns: wp.array2d(dtype=wp.float64),
-    spacing: wp.float64,
-    strips: Strips,
-):
-    """Lay the generators out from the start, straight but for given turns; one thread a half.
-
-    Args:
-        facets: of the surface.
-        net: changed.
-        middle: node of the start.
-        start: its place.
-        angles: directions in which the halves leave it [rad], shape [4].
-        counts: nodes of the halves after the start, shape [4].
-        turns: of the yarn at each node, to its left [rad], shape [4, node].
-        spacing: of the net [m].
-        strips: room for each thread.
-    """
-    half = wp.tid()
-    thread = wp.min(half, strips.counts.shape[0] - 1)
-    place = start
-    along = angles[half]
-    for n in range(1, counts[half] + 1):
-        at = node_of_half(middle, half, n)
-        along = along + turns[half, n - 1]
-        strips.counts[thread, WARP_STRIP] = 0
-        walk = walk_straight(facets, place, along, spacing, strips, thread, WARP_STRIP)
-        if walk.ended != WALKED:
-            net.seen[at[0], at[1]] = in_space(facets, walk.place)
-            end_half(net, middle, half, n, counts[half], missing(walk.ended))
-            return
-        put_on_half(net, at, half, walk.place, along, walk.angle)
-        place = walk.place
-        along = walk.angle
-
-
 @wp.func
 def in_plane(facets: Facets, facet: int, normal: wp.vec3d) -> wp.vec2d:
     """Unit direction in a facet in which a plane cuts it."""
@@ -189,8 +146,53 @@ def next_in_plane(
     return walk.place
 
 
-@wp.kernel(enable_backward=False)
-def compute_plane_generators(
+@wp.func
+def lay_half(
+    facets: Facets,
+    net: Net,
+    middle: wp.vec2i,
+    start: Place,
+    angles: wp.array(dtype=wp.float64),
+    counts: wp.array(dtype=wp.int32),
+    turns: wp.array2d(dtype=wp.float64),
+    spacing: wp.float64,
+    strips: Strips,
+    half: int,
+    thread: int,
+):
+    """Lay half a generator out from the start, straight but for given turns.
+
+    Args:
+        facets: of the surface.
+        net: changed.
+        middle: node of the start.
+        start: its place.
+        angles: directions in which the halves leave it [rad], shape [4].
+        counts: nodes of the halves after the start, shape [4].
+        turns: of the yarn at each node, to its left [rad], shape [4, node].
+        spacing: of the net [m].
+        strips: room for each thread.
+        half: which; 0 and 1 are the warp forth and back, 2 and 3 the weft.
+        thread: whose strips.
+    """
+    place = start
+    along = angles[half]
+    for n in range(1, counts[half] + 1):
+        at = node_of_half(middle, half, n)
+        along = along + turns[half, n - 1]
+        strips.counts[thread, WARP_STRIP] = 0
+        walk = walk_straight(facets, place, along, spacing, strips, thread, WARP_STRIP)
+        if walk.ended != WALKED:
+            net.seen[at[0], at[1]] = in_space(facets, walk.place)
+            end_half(net, middle, half, n, counts[half], missing(walk.ended))
+            return
+        put_on_half(net, at, half, walk.place, along, walk.angle)
+        place = walk.place
+        along = walk.angle
+
+
+@wp.func
+def lay_half_in_plane(
     facets: Facets,
     net: Net,
     middle: wp.vec2i,
@@ -199,8 +201,10 @@ def compute_plane_generators(
     counts: wp.array(dtype=wp.int32),
     spacing: wp.float64,
     strips: Strips,
+    half: int,
+    thread: int,
 ):
-    """Lay the generators out along sections by planes through the start; one thread a half.
+    """Lay half a generator out along the section by a plane through the start.
 
     Args:
         facets: of the surface.
@@ -211,9 +215,9 @@ def compute_plane_generators(
         counts: nodes of the halves after the start, shape [4].
         spacing: of the net [m].
         strips: room for each thread.
+        half: which, as for `lay_half`.
+        thread: whose strips.
     """
-    half = wp.tid()
-    thread = wp.min(half, strips.counts.shape[0] - 1)
     place = start
     for n in range(1, counts[half] + 1):
         at = node_of_half(middle, half, n)

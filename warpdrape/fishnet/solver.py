@@ -11,9 +11,12 @@ import warp as wp
 
 from warpdrape.fishnet.net import Net
 from warpdrape.fishnet.surface import NetSurface
-from warpdrape.kernels.fishnet.crossovers import compute_crossovers
 from warpdrape.kernels.fishnet.facets import Place
-from warpdrape.kernels.fishnet.generators import compute_generators, compute_plane_generators
+from warpdrape.kernels.fishnet.layout import (
+    compute_crossovers,
+    compute_generators,
+    compute_plane_generators,
+)
 from warpdrape.kernels.fishnet.nodes import Net as NetArrays
 from warpdrape.kernels.fishnet.strips import Strips
 

@@ -127,7 +127,7 @@ def unrolled_shear(angle: float) -> tuple[float, float]:
 
 def nets(quick: bool) -> Iterator[CaseResult]:
     """All cases of this file."""
-    mould = as_surface(turned_sphere(6))
+    mould = as_surface(turned_sphere(5 if quick else 6))
     steps = (0.04, 0.02) if quick else (0.04, 0.02, 0.01)
     pole, blank = (0.0, 0.0, RADIUS), square(NEAR * (1.0 - 1e-6))
     errors = [sphere_error(drape_fishnet(mould, s, start=pole, outline=blank)) for s in steps]
@@ -148,8 +148,11 @@ def nets(quick: bool) -> Iterator[CaseResult]:
         ("a hyperbolic paraboloid", saddle(4.0), (-0.25, 0.25), (0.01, 0.02), 0.4, 30),
         ("KinDrape's double-curved mould", DOUBLE_CURVED, (0.0, 0.5), (0.25, 0.25), 0.0, 30),
     )
+    times = 2 if quick else 1
     for words, graph, box, start, angle, count in cases:
-        found, exact, differ = against_oracle(graph, box, start, angle, 5e-3, count, 2.5e-3)
+        found, exact, differ = against_oracle(
+            graph, box, start, angle, times * 5e-3, count // times, times * 2.5e-3
+        )
         words = f"fishnet on {words}"
         yield absolute(f"{words}: largest shear angle", *np.degrees((found, exact)), 0.3, "°")
         yield absolute(f"{words}: largest difference of a cell", np.degrees(differ), 0.0, 0.3, "°")
