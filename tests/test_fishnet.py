@@ -8,6 +8,7 @@ import trimesh
 
 import warpdrape as wd
 from warpdrape.fishnet.drape import as_surface
+from warpdrape.fishnet.onto import laid_on
 from warpdrape.fishnet.search import cost_of
 from warpdrape.fishnet.surface import NetSurface
 from warpdrape.tools.profile import Line, revolve
@@ -269,11 +270,30 @@ def test_yarns_that_are_not_square_to_each_other():
         0.02,
         start=(0.4, 0.4, 0.0),
         yarn_angle=60 * deg,
+        shear_limit=50 * deg,
         outline=square(0.15),
     )
+    area = np.count_nonzero(net.cells) * 0.02**2 * math.sin(60 * deg)
+    assert area == pytest.approx(0.3**2, rel=0.3)  # whole cells cover it
+    low, high = net.flat_points[net.placed].min(axis=0), net.flat_points[net.placed].max(axis=0)
+    assert (low < -0.15).all() and (high > 0.15).all()
+    assert area > 0.3**2
     flat = net.points[net.placed][:, :2] - 0.4
     assert np.abs(flat - net.flat_points[net.placed]).max() < 1e-12
     assert np.abs(net.shear_angle).max() < 1e-9
+
+
+def test_ply_is_laid_where_its_yarns_are():
+    turn = np.array([[math.cos(0.3), math.sin(0.3)], [-math.sin(0.3), math.cos(0.3)]])
+    net = wd.drape_fishnet(
+        plate(lambda i, j: True), 0.05, start=(0.4, 0.4, 0.0), warp=(*turn[0], 0.0)
+    )
+    flat = np.random.default_rng(0).uniform(-0.2, 0.2, (50, 2))
+    points, there = laid_on(net, flat)
+    assert there.all()
+    assert np.abs(points[:, :2] - 0.4 - flat @ turn).max() < 1e-12
+    _, there = laid_on(net, np.array([[0.0, 2.0], [0.0, 0.0]]))
+    assert there.tolist() == [False, True]
 
 
 def test_plane_generators_lie_in_their_planes():

@@ -139,6 +139,25 @@ def exit_of(facets: Facets, place: Place, along: wp.vec2d, entry: int, way: wp.f
 
 
 @wp.func
+def edge_under(facets: Facets, place: Place, entry: int) -> Exit:
+    """The edge nearest to a place, but for that over which it came in."""
+    found = Exit()
+    found.edge = -1
+    found.way = wp.float64(1.0e18)
+    for k in range(3):
+        if k != entry:
+            a = corner_of(facets, place.facet, k)
+            side = corner_of(facets, place.facet, next_corner(k)) - a
+            share = wp.clamp(wp.dot(place.at - a, side) / wp.dot(side, side), ZERO, ONE)
+            far = wp.length(place.at - a - share * side)
+            if far < found.way:
+                found.edge = k
+                found.way = far
+                found.share = share
+    return found
+
+
+@wp.func
 def across(facets: Facets, half_edge: int, share: wp.float64) -> Place:
     """The place of a half-edge in the facet on its other side, where there is one."""
     twin = facets.twins[half_edge]

@@ -2,13 +2,24 @@
 
 import warp as wp
 
-from .facets import ONE, ZERO, Facets, Place, across, exit_of, heading, in_facet
+from .facets import (
+    Facets,
+    Place,
+    across,
+    edge_under,
+    exit_of,
+    heading,
+    in_facet,
+)
 
 WARP_STRIP = wp.constant(0)
 WEFT_STRIP = wp.constant(1)
 SPARE_STRIP = wp.constant(2)
 BOTH_STRIPS = wp.constant(3)
 """Which strip a walk lengthens: that of the warp, of the weft, or both."""
+
+SAME_PLACE = wp.constant(wp.float64(1.0e-9))
+"""Distance over a facet's side within which two places on different facets are one [-]."""
 
 WALKED = wp.constant(0)
 AT_BORDER = wp.constant(1)
@@ -123,6 +134,9 @@ def walk_towards(
 ) -> Walk:
     """Go to a place near by, in each facet straight towards its foot.
 
+    Where that is reached, and the place is one of the facet across an edge or round a corner, over
+    that edge.
+
     Args:
         facets: of the surface.
         start: where to begin.
@@ -142,10 +156,9 @@ def walk_towards(
             return walk
         way = in_facet(facets, walk.place.facet, point) - walk.place.at
         far = wp.length(way)
-        along = wp.vec2d(ONE, ZERO)
-        if far > ZERO:
-            along = way / far
-        out = exit_of(facets, walk.place, along, entry, wp.float64(1.0e9))
+        out = edge_under(facets, walk.place, entry)
+        if far > SAME_PLACE * facets.sides[walk.place.facet]:
+            out = exit_of(facets, walk.place, way / far, entry, wp.float64(1.0e9))
         if out.edge < 0:
             walk.ended = ASTRAY
             return walk
