@@ -56,7 +56,9 @@ def cross_over(
     guess = first_guess(facets, beside, below, warp_angle, weft_angle, spacing, strips, thread)
     if guess.status != PLACED:
         return guess
-    return approach(facets, beside, below, guess.place, spacing, strips, thread)
+    found = approach(facets, beside, below, guess.place, spacing, strips, thread)
+    found.stopped = found.stopped + guess.stopped
+    return found
 
 
 @wp.func
@@ -174,6 +176,8 @@ def place_node(
             sense = wp.float64(d[0] * d[1])
             if wp.abs(shear_of(found, sense, yarn_angle)) > limit:
                 found.status = SHEARED
+                if found.stopped > 0:  # the other crossing of the circles: this one lies beyond
+                    found.status = BORDER
         if found.status == PLACED:
             put(net, i, j, found.place)
             net.warp_leave[i, j] = found.warp_leave

@@ -34,6 +34,7 @@ class Crossover:
 
     place: Place
     status: wp.int32
+    stopped: wp.int32  # how often the search for it met the border
     warp_leave: wp.float64
     warp_arrive: wp.float64
     weft_leave: wp.float64
@@ -77,6 +78,7 @@ def approach(
         v = straighten(facets, below, found.place, strips, thread, WEFT_STRIP)
         if u.ended == TANGLED or v.ended == TANGLED:
             return found
+        found.stopped = stopped
         short = wp.vec2d(spacing - u.length, spacing - v.length)
         if wp.max(wp.abs(short[0]), wp.abs(short[1])) <= CLOSE * spacing:
             found.status = PLACED
@@ -91,6 +93,8 @@ def approach(
         b = heading(v.arrive)
         if wp.abs(cross2(a, b)) < LEAST_SINE:
             found.status = SHEARED
+            if stopped > 0:
+                found.status = BORDER
             return found
         step = step_to(a, b, short)
         far = wp.length(step)
@@ -152,8 +156,10 @@ def first_guess(
         goal = in_space(facets, u.place)
         join = walk_towards(facets, v.place, u.place, goal, strips, thread, WEFT_STRIP)
         guess.place = u.place
+    if u.ended == AT_BORDER or v.ended == AT_BORDER:
+        guess.stopped = 1
     if join.ended == WALKED:
         guess.status = PLACED
-    elif u.ended == AT_BORDER or v.ended == AT_BORDER or join.ended == AT_BORDER:
+    elif guess.stopped > 0 or join.ended == AT_BORDER:
         guess.status = BORDER
     return guess
