@@ -374,6 +374,25 @@ def test_best_start_and_direction_beat_what_chance_finds(options):
     assert cost < 0.8 * np.median(others)
 
 
+def test_several_starts_share_the_surface():
+    starts = np.array([[0.203, 0.41, 0.0], [0.61, 0.38, 0.0], [0.42, 0.71, 0.0]])
+    warps = [(1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (2.0, -1.0, 0.0)]
+    parts = wd.drape_fishnets(plate(lambda i, j: True), 0.01, starts, warps=warps)
+    total = 0.0
+    random = np.random.default_rng(1).uniform(0.0, 0.8, (4000, 2))
+    nearest = np.linalg.norm(random[:, None] - starts[:, :2], axis=2).argmin(axis=1)
+    for number, part in enumerate(parts):
+        area = np.count_nonzero(part.cells) * 0.01**2
+        # Its share by chance's count, but for cells at its edges.
+        assert area == pytest.approx(0.64 * (nearest == number).mean(), rel=0.1)
+        total += area
+    assert total == pytest.approx(0.64, rel=0.05)
+    with pytest.raises(wd.InputError, match="2 warps for 3 starts: give one for each"):
+        wd.drape_fishnets(plate(lambda i, j: True), 0.01, starts, warps=warps[:2])
+    with pytest.raises(wd.InputError, match="must be two points"):
+        wd.drape_fishnets(plate(lambda i, j: True), 0.01, starts[:1])
+
+
 def test_offset_moves_along_the_normals(sphere):
     moved = sphere.offset(1e-3)
     assert isinstance(moved, NetSurface)

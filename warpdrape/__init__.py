@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from warpdrape.fishnet.darts import suggest_darts
     from warpdrape.fishnet.drape import drape_fishnet
     from warpdrape.fishnet.search import best_fishnet
+    from warpdrape.fishnet.several import drape_fishnets
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
@@ -58,6 +59,7 @@ __all__ = [
     "WantedDirection",
     "best_fishnet",
     "drape_fishnet",
+    "drape_fishnets",
     "lay_up",
     "net_picture",
     "read_run",
@@ -91,6 +93,7 @@ _HOME = {
     "WantedDirection": "defects.alignment",
     "best_fishnet": "fishnet.search",
     "drape_fishnet": "fishnet.drape",
+    "drape_fishnets": "fishnet.several",
     "lay_up": "blanks.ply",
     "net_picture": "results.net_picture",
     "read_run": "results.read_run",
