@@ -11,6 +11,7 @@ import pytest
 import warpdrape as wd
 from warpdrape.cli import main
 from warpdrape.fishnet.press import pressed_surface, taut
+from warpdrape.results.net_picture import cell_triangles
 from warpdrape.scenes import circular_table, hemisphere, three_ply_hemisphere
 from warpdrape.units import deg, mm
 
@@ -214,3 +215,16 @@ def test_surfaces_that_are_none():
     with pytest.raises(wd.InputError, match="give radians, as in 50"):
         wd.suggest_darts(net, 50.0)
     assert wd.suggest_darts(net, 50 * deg) == ()
+
+
+def test_net_is_drawn_as_its_cells():
+    net = wd.drape_fishnet(wd.Tool.plate(width=0.4, height=0.4), 0.05)
+    triangles, cell = cell_triangles(net)
+    assert len(triangles) == 2 * np.count_nonzero(net.cells)
+    corners = net.points.reshape(-1, 3)[triangles]
+    twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.allclose(0.5 * twice[:, 2], 0.5 * 0.05**2)  # all face up, half a cell each
+    assert net.cells.ravel()[cell].all()
+    assert wd.net_picture(net).axes
+    with pytest.raises(wd.InputError, match="has no cell to draw"):
+        wd.net_picture(net.within(np.zeros(net.status.shape, dtype=bool)))
