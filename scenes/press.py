@@ -86,7 +86,7 @@ def press_scene(
         plies: from the die up.
         tools: punch and die and holder, the punch's lowest point and the flats at z = 0.
         parameters: of the scene; travel, duration, holder_force, contact_share, contact, brake,
-            kinetic_limit, minimum_time_step, mass_scaling and fast are used.
+            kinetic_limit, minimum_time_step, mass_scaling, fast and approach are used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
         holder_mass: [kg].
@@ -114,6 +114,7 @@ def press_scene(
         friction=friction,
         ply_friction=ply_friction,
         numerics=press_numerics(parameters),
+        approach=parameters["approach"],
         parameters=parameters,
     )
 

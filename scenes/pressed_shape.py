@@ -52,6 +52,7 @@ class Press:
         minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
+        approach: "semi_discrete", or "fishnet" for a net on the closed tools.
     """
 
     layup: str = "0"
@@ -74,6 +75,7 @@ class Press:
     minimum_time_step: float = 0.0
     mass_scaling: str = "plain"
     fast: bool = False
+    approach: str = "semi_discrete"
 
     @functools.cached_property
     def angles_deg(self) -> list[float]:

@@ -124,6 +124,14 @@ def test_lines_of_python_on_the_usage_page(capsys):
     assert "(144,) (144, 3)" in capsys.readouterr().out
 
 
+def test_lines_of_python_on_the_page_of_approaches(capsys):
+    (text,) = blocks(ROOT / "docs" / "approaches.md", "python")
+    names = {}
+    exec(compile(text.replace("5 * mm", "10 * mm"), "approaches.md", "exec"), names)
+    assert "Net: " in capsys.readouterr().out
+    assert len(names["darts"]) == 4
+
+
 def test_lines_of_python_on_the_notebook_page(tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     monkeypatch.chdir(tmp_path)

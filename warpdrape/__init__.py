@@ -15,11 +15,16 @@ if TYPE_CHECKING:
     from warpdrape.defects.alignment import WantedDirection
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
+    from warpdrape.fishnet.darts import suggest_darts
+    from warpdrape.fishnet.drape import drape_fishnet
+    from warpdrape.fishnet.search import best_fishnet
+    from warpdrape.fishnet.several import drape_fishnets
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.numerics import Numerics
+    from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
@@ -54,9 +59,14 @@ __all__ = [
     "Tool",
     "Turn",
     "WantedDirection",
+    "best_fishnet",
+    "drape_fishnet",
+    "drape_fishnets",
     "lay_up",
+    "net_picture",
     "read_run",
     "stack_top",
+    "suggest_darts",
     "units",
 ]
 
@@ -84,9 +94,14 @@ _HOME = {
     "Tool": "tools.tool",
     "Turn": "tools.turn",
     "WantedDirection": "defects.alignment",
+    "best_fishnet": "fishnet.search",
+    "drape_fishnet": "fishnet.drape",
+    "drape_fishnets": "fishnet.several",
     "lay_up": "blanks.ply",
+    "net_picture": "results.net_picture",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",
+    "suggest_darts": "fishnet.darts",
 }
 """Module of each public name: imported on first use, so that ``warpdrape --help`` is quick."""
 

@@ -31,6 +31,8 @@ def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
 def judgement_lines(summary: Mapping[str, Any]) -> list[str]:
     """Return the verdict by default limits, for a run with tools that came to its end."""
     looked = all("defects" in ply for ply in summary["plies"])
+    if "not_given" in summary:  # what it cannot show may be there
+        return []
     if summary["status"] != "completed" or not summary["tools"] or not looked:
         return []
     faults = judge(summary, {}, Limits())
@@ -39,7 +41,7 @@ def judgement_lines(summary: Mapping[str, Any]) -> list[str]:
 
 def _parts(ply: Mapping[str, Any]) -> list[str]:
     defects = ply["defects"]
-    parts = [wrinkle_words(defects["wrinkles"])]
+    parts = [] if defects["wrinkles"] is None else [wrinkle_words(defects["wrinkles"])]
     parts += _bridges(defects.get("bridging"))
     parts += [*_shear(defects["shear"]), *_yarns(defects["yarns"])]
     drawn = defects["draw_in"]

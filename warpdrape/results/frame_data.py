@@ -57,7 +57,8 @@ class PlyFrame:
         shear_angle_deg: signed shear angle [deg], shape (m,).
         warp_strain: strain of the warp yarns, shape (m,).
         weft_strain: strain of the weft yarns, shape (m,).
-        warp_tension: [N per metre of width], shape (m,).
+        warp_tension: [N per metre of width], shape (m,); None of an approach without forces, whose
+            primvar is empty then, as the next.
         weft_tension: [N per metre of width], shape (m,).
         warp_curvature: of the warp yarns out of the ply's plane at vertices [1/m], shape (n,);
             None where the ply has no bending, as the next.
@@ -77,8 +78,8 @@ class PlyFrame:
     shear_angle_deg: ArrayLike
     warp_strain: ArrayLike
     weft_strain: ArrayLike
-    warp_tension: ArrayLike
-    weft_tension: ArrayLike
+    warp_tension: ArrayLike | None
+    weft_tension: ArrayLike | None
     warp_curvature: ArrayLike | None = None
     weft_curvature: ArrayLike | None = None
     slip: ArrayLike | None = None

@@ -83,6 +83,11 @@ def not_judged(summary: Mapping[str, Any], limits: Limits) -> list[str]:
         yarns = ply["defects"]["yarns"].values()
         for wanted, known, words in (
             (
+                limits.wrinkle_amplitude,
+                ply["defects"]["wrinkles"] is not None,
+                "wrinkles (the approach cannot show them)",
+            ),
+            (
                 limits.past_locking_area,
                 ply["defects"]["shear"]["area_share"] is not None,
                 "shear past locking (no locking_angle in the fabric)",
@@ -118,6 +123,8 @@ def _wrinkles(
     ply: Mapping[str, Any], history: Mapping[str, np.ndarray], limits: Limits
 ) -> Iterator[Fault]:
     wrinkles, most = ply["defects"]["wrinkles"], limits.wrinkle_amplitude
+    if wrinkles is None:  # of an approach that has none, such as a net
+        return
     for resolved, numbers, column in (
         (True, wrinkles, "wrinkle_m"),
         (False, wrinkles["too_short_for_the_mesh"], "short_wrinkle_m"),

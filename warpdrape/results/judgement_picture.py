@@ -82,7 +82,7 @@ def _words(faults: Sequence[Fault], width: int) -> str:
 
 def _mark(at: Axes, ply: str, defects: Mapping[str, Any], faults: Sequence[Fault]) -> None:
     """Draw crests and bridges on a plan, and the numbers of its ply's faults."""
-    for wrinkle in defects["wrinkles"]["list"]:
+    for wrinkle in (defects["wrinkles"] or {"list": ()})["list"]:
         x, y = 1e3 * np.array(wrinkle["on_blank_m"])
         dx, dy = 500.0 * wrinkle["length_m"] * np.array(wrinkle["axis_on_blank"])
         style = "-" if wrinkle["resolved"] else ":"

@@ -29,6 +29,7 @@ from warpdrape.results.run_tables import (
     read_summary,
 )
 from warpdrape.results.usd import PlyFrame
+from warpdrape.results.usd_stage import MAY_BE_EMPTY
 
 
 def read_run(folder: str | os.PathLike[str], *, frame: int = -1) -> Result:
@@ -151,20 +152,22 @@ class RunReader:
         rest = self._array(primvars.GetPrimvar("restPoints").Get(), f"{name}: restPoints", None)
         n = len(rest)
         triangles = self._triangles(mesh, name, n)
-        values = {
-            field.name: self._array(
-                primvars.GetPrimvar(field.primvar).Get(time),
-                f"{name}: {field.primvar}",
-                field.shape(n, len(triangles)),
-            )
-            for field in FIELDS
-            if primvars.HasPrimvar(field.primvar)
-        }
+        values: dict[str, np.ndarray | None] = {}
+        for field in FIELDS:
+            if not primvars.HasPrimvar(field.primvar):
+                continue
+            found = primvars.GetPrimvar(field.primvar).Get(time)
+            if field.name in MAY_BE_EMPTY and found is not None and len(found) == 0:
+                values[field.name] = None
+                continue
+            shape = field.shape(n, len(triangles))
+            values[field.name] = self._array(found, f"{name}: {field.primvar}", shape)
         missing = _ALWAYS - set(values)
         if missing:
             raise self._damaged(f"ply {name!r} lacks {', '.join(sorted(missing))}")
         points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", (n, 3))
-        return FormedPly.from_frame(name, rest, triangles, PlyFrame(points=points, **values))
+        moment: dict[str, Any] = {"points": points, **values}
+        return FormedPly.from_frame(name, rest, triangles, PlyFrame(**moment))
 
     def _tool(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> PlacedTool:
         points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", None)

@@ -50,7 +50,8 @@ class FormedPly:
         weft: unit weft directions, shape [m, 3].
         shear_angle: signed shear angle γ [rad], shape [m].
         strain: warp and weft strain, as the pairs of triangles share them [-], shape [m, 2].
-        line_tension: of warp and weft [N per metre of initial width], shape [m, 2].
+        line_tension: of warp and weft [N per metre of initial width], shape [m, 2]; None of an
+            approach without forces.
         curvature: of warp and weft yarns out of the ply's plane at vertices [1/m], positive where
             hollow towards the flat ply's upper side, shape [n, 2]; None without bending.
         slip: how far vertices have slid along the ply from where they lay on the ply above, those
@@ -73,7 +74,7 @@ class FormedPly:
     weft: np.ndarray
     shear_angle: np.ndarray
     strain: np.ndarray
-    line_tension: np.ndarray
+    line_tension: np.ndarray | None
     curvature: np.ndarray | None = None
     slip: np.ndarray | None = None
     contact_pressure: np.ndarray | None = None
@@ -125,6 +126,7 @@ class FormedPly:
 
     def frame(self) -> PlyFrame:
         """What the animation shows of it."""
+        pulled = (None, None) if self.line_tension is None else self.line_tension.T
         bent = (None, None) if self.curvature is None else self.curvature.T
         return PlyFrame(
             self.points,
@@ -133,8 +135,8 @@ class FormedPly:
             self.shear_angle_deg,
             self.strain[:, 0],
             self.strain[:, 1],
-            self.line_tension[:, 0],
-            self.line_tension[:, 1],
+            pulled[0],
+            pulled[1],
             bent[0],
             bent[1],
             self.slip,

@@ -16,11 +16,19 @@ from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 
 
-def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[str, Any]:
-    """Everything of ``run.json``: what is needed to do it again."""
+def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> dict[str, Any]:
+    """Everything of ``run.json``: what is needed to do it again.
+
+    Args:
+        scene: what is computed.
+        model: of the dynamics; None of an approach without.
+        frames: after the first.
+        threads: of the run.
+    """
     fabrics, fabric_of = _fabrics(scene)
     return {
         "scene": scene.name,
+        "approach": scene.approach,
         "script": scene.script,
         "parameters": dict(scene.parameters),
         "call": dict(scene.call),
@@ -41,9 +49,9 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
             }
             for wanted in scene.wanted
         ],
-        "time_step_s": model.timing.time_step,
-        "search_every": model.timing.search_every,
-        "device": model.device,
+        "time_step_s": None if model is None else model.timing.time_step,
+        "search_every": None if model is None else model.timing.search_every,
+        "device": "cpu" if model is None else model.device,
         "threads": threads,
         "versions": versions(),
         "plies": [

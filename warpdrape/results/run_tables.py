@@ -72,13 +72,20 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def read_history(folder: Path) -> Mapping[str, np.ndarray]:
-    """Columns of a run folder's history; raise `InputError` where there is none usable."""
+    """Columns of a run folder's history; raise `InputError` where there is none usable.
+
+    A column that is empty throughout is one of those that every run has, and that the approach
+    does not give: it is left out.
+    """
     path = _file(folder, HISTORY)
     try:
         with path.open(encoding="utf-8", newline="") as file:
             names, *rows = csv.reader(file)
+        left_out = {k for k in range(len(names)) if rows and all(row[k] == "" for row in rows)}
+        kept = [k for k in range(len(names)) if k not in left_out]
+        names, rows = [names[k] for k in kept], [[row[k] for k in kept] for row in rows]
         table = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    except (OSError, ValueError, csv.Error) as error:
+    except (OSError, ValueError, IndexError, csv.Error) as error:
         words = " ".join(str(error).split())
         raise InputError(f"{path} is no table of numbers ({words}): {AGAIN}") from error
     if "time_s" not in names or not len(table) or not np.isfinite(table).all():

@@ -102,9 +102,12 @@ def plot(result: Result) -> Figure:
         for ply in result.plies
         if f"{ply.name}_max_shear_deg" in history
     }
-    energies = {name.replace("_", " "): history[f"{name}_j"] for name in _ENERGIES}
+    energies = {
+        name.replace("_", " "): history[f"{name}_j"] for name in _ENERGIES if f"{name}_j" in history
+    }
     panels = [("force [N]", moving)] if moving else []
-    panels += [("largest shear angle [°]", shear), ("energy [J]", energies)]
+    panels.append(("largest shear angle [°]", shear))
+    panels += [("energy [J]", energies)] if energies else []
     figure = Figure(figsize=(8.0, 2.5 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
     for axis, (label, curves) in zip(axes, panels, strict=True):

@@ -54,6 +54,8 @@ def verdict(summary: Mapping[str, Any]) -> str:
     """How a run ended, in a line."""
     took = f"{summary['steps']:,} steps, {summary['triangles']:,} triangles"
     took += f", {_time(summary['wall_s'])}"
+    if "not_given" in summary and summary["status"] == "completed":
+        return f"Completed: draped by {summary['approach']} ({took.partition(', ')[2]})"
     if summary["status"] == "completed":
         return f"Completed: {1e3 * summary['simulated_s']:.4g} ms simulated ({took})"
     return (
@@ -112,10 +114,10 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
             (
                 tool["name"],
                 f"{1e3 * tool['displacement_m']:.2f} mm{turned}",
-                f"{tool['force_n']:.1f} N",
-                f"{tool['max_force_n']:.1f} N",
-                f"{1e3 * tool['max_penetration_m']:.3f} mm",
-                f"{1e3 * tool.get('max_face_penetration_m', 0.0):.3f} mm",
+                "-" if tool["force_n"] is None else f"{tool['force_n']:.1f} N",
+                "-" if tool["max_force_n"] is None else f"{tool['max_force_n']:.1f} N",
+                _depth(tool["max_penetration_m"]),
+                _depth(tool.get("max_face_penetration_m")),
                 f"{100 * tool['coverage']:.0f} %" if "coverage" in tool else "-",
             )
         )
@@ -138,8 +140,17 @@ def interface_rows(interfaces: Sequence[Mapping[str, Any]]) -> list[tuple[str, .
     return rows
 
 
+def _depth(length: float | None) -> str:
+    return "-" if length is None else f"{1e3 * length:.3f} mm"
+
+
 def quality(summary: Mapping[str, Any]) -> str:
     """How far a run can be trusted, in a line."""
+    if "not_given" in summary:
+        return textwrap.fill(
+            f"approach {summary['approach']}, which gives no {', '.join(summary['not_given'])}",
+            WIDTH,
+        )
     calm = "quasi-static" if summary["quasi_static"] else "NOT quasi-static"
     ratio = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end: {calm}"
     parts = [

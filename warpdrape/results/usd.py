@@ -29,6 +29,7 @@ from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
 from warpdrape.results.shading import ply_normals
 from warpdrape.results.usd_stage import (
+    MAY_BE_EMPTY,
     TIME_PATH,
     VERTEX_PRIMVARS,
     MeshPrim,
@@ -317,6 +318,8 @@ def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray]:
     shapes |= dict.fromkeys(VERTEX_PRIMVARS, (n,)) | {"slip": (n, 3)}
     for name, value in values.items():
         _checked(mesh.label, name, value, shapes.get(name, (m,)))
+    for name in MAY_BE_EMPTY:
+        values.setdefault(name, np.zeros(0, np.float32))
     values["color"] = shear_color(values["shear_angle_deg"])
     values["extent"] = extent(values["points"])
     values["normals"] = ply_normals(values["points"], mesh.triangles)

@@ -147,7 +147,7 @@ class _Reader:
 
     def _ply(self, prim: Usd.Prim, time: Usd.TimeCode, tools: list[Surface]) -> PlyView:
         mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
-        self._check_quantity(prim, primvars)
+        self._check_quantity(prim, primvars, time)
 
         def values(name: str) -> NDArray[np.float64]:
             return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
@@ -167,11 +167,13 @@ class _Reader:
             values=self._quantity.of(shown),
         )
 
-    def _check_quantity(self, prim: Usd.Prim, primvars: UsdGeom.PrimvarsAPI) -> None:
+    def _check_quantity(
+        self, prim: Usd.Prim, primvars: UsdGeom.PrimvarsAPI, time: Usd.TimeCode
+    ) -> None:
         there = [
             name
             for name, q in QUANTITIES.items()
-            if primvars.HasPrimvar(q.primvar) or (q.primvar == TOOL_DISTANCE and self._tools)
+            if _given(primvars, q.primvar, time) or (q.primvar == TOOL_DISTANCE and self._tools)
         ]
         if self._quantity not in (QUANTITIES[name] for name in there):
             raise InputError(
@@ -183,6 +185,11 @@ class _Reader:
         if self._distances is None:
             self._distances = ToolDistances(tools)
         return self._distances.of(points, [vertices for vertices, _ in tools])
+
+
+def _given(primvars: UsdGeom.PrimvarsAPI, name: str, time: Usd.TimeCode) -> bool:
+    """Whether a ply has values of a primvar; it is empty where an approach gives none."""
+    return primvars.HasPrimvar(name) and len(primvars.GetPrimvar(name).Get(time) or ()) > 0
 
 
 def _read_tool(prim: Usd.Prim, time: Usd.TimeCode) -> Surface:

@@ -46,6 +46,8 @@ _SOME_PRIMVARS = {  # the same, of plies that have them
     "fibre_volume_fraction": ("fibreVolumeFraction", _FLOATS, "fibre volume fraction"),
     "wrinkle": ("wrinkle", _FLOATS, "amplitude of wrinkles, 0 where there is none [m]"),
 }
+MAY_BE_EMPTY = ("warp_tension", "weft_tension")
+"""Those that every ply has, without values where an approach gives none."""
 TRIANGLE_PRIMVARS = _PRIMVARS | _SOME_PRIMVARS
 VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
     "warp_curvature": (

@@ -19,7 +19,15 @@ CREASE = math.radians(35.0)
 
 
 def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: float) -> Surface:
-    """Read a tool's surface.
+    """Read a tool's surface: its facets as by `read_facets`, and normals estimated from them."""
+    mesh = read_facets(name, source, scale)
+    return Surface(mesh, creased_normals(mesh), exact=False)
+
+
+def read_facets(
+    name: str, source: str | os.PathLike | trimesh.Trimesh, scale: float
+) -> trimesh.Trimesh:
+    """Read a tool's facets.
 
     Args:
         name: of the tool, for errors.
@@ -44,8 +52,7 @@ def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: 
     mesh.update_faces(mesh.nondegenerate_faces())
     if len(mesh.faces) == 0:
         raise InputError(f"tool {name!r}: all facets of its mesh have zero area")
-    mesh = _of_one_sense(name, mesh)
-    return Surface(mesh, creased_normals(mesh), exact=False)
+    return _of_one_sense(name, mesh)
 
 
 def _of_one_sense(name: str, mesh: trimesh.Trimesh) -> trimesh.Trimesh:

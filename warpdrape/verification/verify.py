@@ -88,6 +88,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         friction,
         invariance,
         mechanics,
+        nets,
         rubber,
         sphere_net,
         wrinkling,
@@ -97,6 +98,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield bending.bending(quick)
     yield friction.friction(quick)
     yield compaction.compaction(quick)
+    yield nets.nets(quick)
     yield bulge.bulge(quick)
     yield rubber.rubber_sheets(quick)
     yield wrinkling.wrinkling(quick)

@@ -1,0 +1,1 @@
+"""A pin-jointed net on a triangulated surface: straight ways across facets, and crossovers."""
