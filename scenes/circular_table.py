@@ -59,6 +59,7 @@ def build(
     friction: float = 0.3,
     bending: str = "fabric",
     contact: str = "fast",
+    approach: str = "semi_discrete",
 ) -> Scene:
     """Build the sheet on the table.
 
@@ -72,6 +73,7 @@ def build(
         friction: Coulomb coefficient of sheet on table [-].
         bending: "fabric" for the sheet's own, "none", or a stiffness in all directions [N·m].
         contact: "fast", or "exact" to search for every vertex at every step.
+        approach: "semi_discrete", or stress as a state: "green_naghdi" or "fibre_frame".
     """
     parameters = dict(locals())
     one_of("case", case, CASES)
@@ -86,6 +88,7 @@ def build(
         numerics=Numerics(
             damping=damping, search_slide=0.15 * mm, contact_share=0.1, contact=contact
         ),
+        approach=approach,
         parameters=parameters,
         report=lambda result: {"table": drape_measures(result, table_radius)},
     )

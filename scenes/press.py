@@ -44,7 +44,8 @@ def hemisphere_tools(
         name: of the scene.
         plies: from the die up.
         parameters: of the scene; travel, duration, holder_force, facet, contact_share, contact,
-            brake, kinetic_limit, minimum_time_step, mass_scaling and fast are used.
+            brake, kinetic_limit, minimum_time_step, mass_scaling, fast and approach are
+            used.
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
         die_radius: of the die's hole [m].
@@ -84,5 +85,6 @@ def hemisphere_tools(
         friction=friction,
         ply_friction=ply_friction,
         numerics=numerics,
+        approach=parameters["approach"],
         parameters=parameters,
     )

@@ -32,6 +32,7 @@ def build(
     minimum_time_step: float = 0.0,
     mass_scaling: str = "plain",
     fast: bool = False,
+    approach: str = "semi_discrete",
 ) -> Scene:
     """Build the hemisphere on the reference press, with any number of square plies.
 
@@ -56,6 +57,7 @@ def build(
         minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
+        approach: "semi_discrete", or stress as a state: "green_naghdi" or "fibre_frame".
     """
     parameters = dict(locals())
     cloth = with_bending(fabric, bending)

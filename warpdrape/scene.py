@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from warpdrape.approaches import solver_of
 from warpdrape.setup import Setup
 
 if TYPE_CHECKING:
@@ -36,6 +37,8 @@ class Scene(Setup):
         numerics: how it is computed.
         defects: from which size on something counts as a defect.
         wanted: directions that yarns should have, against which misalignment is reported.
+        approach: by which it is computed: "semi_discrete", or with stress as a state in the frame
+            "green_naghdi" or "fibre_frame".
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
         call: how the command line began it, for ``warpdrape resume``; empty from Python.
@@ -83,9 +86,7 @@ class Scene(Setup):
         Raises:
             InputError: unusable input, before any compute.
         """
-        from warpdrape.simulation import run_scene  # when needed: help and checks start sooner
-
-        return run_scene(
+        return solver_of(self.approach)(
             self,
             out,
             device=device,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warpdrape.approaches import APPROACHES, SEMI_DISCRETE
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
 from warpdrape.defects.thresholds import DefectThresholds
@@ -99,6 +100,7 @@ class Setup:
     numerics: Numerics = field(default_factory=Numerics)
     defects: DefectThresholds = field(default_factory=DefectThresholds)
     wanted: Sequence[WantedDirection] = ()
+    approach: str = SEMI_DISCRETE
     parameters: Mapping[str, Any] = field(default_factory=dict)
     script: str = ""
     call: Mapping[str, Any] = field(default_factory=dict)
@@ -118,6 +120,7 @@ class Setup:
         if not self.plies:
             raise InputError("a scene needs at least one ply")
         positive("duration", self.duration, unit="s")
+        one_of("approach", self.approach, APPROACHES)
         true_or_false("self_contact", self.self_contact)
         friction_of("friction", self.friction)
         vector("gravity", self.gravity)

@@ -46,6 +46,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "device": model.device,
         "threads": threads,
         "scene": scene.name,
+        "approach": scene.approach,
         "duration": scene.duration,
         "frames": model.timing.frames,
         "friction": _without_words(plain(scene.friction)),

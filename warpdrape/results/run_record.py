@@ -21,6 +21,7 @@ def run_record(scene: Setup, model: Model, frames: int, threads: int) -> dict[st
     fabrics, fabric_of = _fabrics(scene)
     return {
         "scene": scene.name,
+        "approach": scene.approach,
         "script": scene.script,
         "parameters": dict(scene.parameters),
         "call": dict(scene.call),
