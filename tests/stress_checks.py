@@ -36,7 +36,7 @@ class Path:
 
 
 class Led:
-    """A ply led from shape to shape; counts the work of its nodal forces by the trapezoidal rule."""
+    """A ply led from shape to shape; counts the work of its nodal forces, step by step."""
 
     def __init__(self, ply, approach, device="cpu", **numerics):
         numerics = {"yarn_viscosity": 0.0} | numerics
