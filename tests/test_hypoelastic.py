@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 import warp as wp
-from element_checks import SIZE, forces, membrane_of, rotations, whole
+from element_checks import SIZE, forces, membrane_of, rotations
 from law_checks import PLAIN, SPACING, crimp_table, fabric
-from stress_checks import ROWS, Led, in_space, square, trellis
 from test_membrane import CURVE, INTERLOCK, SOFT, STIFF, blank, shaken
 
 from warpdrape.blanks.triangles import highest_frequency_squared
@@ -17,6 +16,8 @@ from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_couples, sample_tensions
 from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.scene import Scene
+from warpdrape.verification.hypoelastic import dienes_stress
+from warpdrape.verification.led_sheet import ROWS, LedSheet, loop, pair_of, trellis
 
 CELL = (1.35e-3, 1.33e-3)
 BOTH_WAYS = fabric(STIFF, INTERLOCK, factor=1.0)
@@ -70,7 +71,7 @@ def wandering(steps, rng, size=0.3):
 @pytest.mark.parametrize("steps", [8, 720])
 def test_two_turns_in_space_leave_the_stress(approach, steps, device):
     cloth = fabric(STIFF, INTERLOCK, angle=math.radians(75))
-    led = Led(square(cloth, 0.3), approach, device)
+    led = LedSheet(pair_of(cloth, 0.3), approach, device)
     ply = led.ply
     x = ply.rest_points @ np.array([[1.01, 0.2, 0.0], [0.1, 0.99, 0.3], [0.0, 0.0, 1.0]])
     for share in np.linspace(0.0, 1.0, 21)[1:]:
@@ -90,23 +91,12 @@ def test_two_turns_in_space_leave_the_stress(approach, steps, device):
     assert np.abs(before.tension).min() > 1e3 and abs(before.couple) > 1.0
 
 
-def dienes(shear, modulus):
-    """(σ11, σ12) of simple shear under Green and Naghdi's rate: Dienes (1979).
-
-    The frame sees 2 G (2β − tan β) in shear and 4 G ln cos β along, tan β = κ/2, turned by β.
-    """
-    b = np.arctan(0.5 * shear)
-    c, s, log = np.cos(2 * b), np.sin(2 * b), np.log(np.cos(b))
-    along = 4.0 * modulus * (c * log + b * s - np.sin(b) ** 2)
-    return along, 2.0 * modulus * c * (2.0 * b - 2.0 * np.tan(2 * b) * log - np.tan(b))
-
-
 def test_simple_shear_of_an_isotropic_sheet_is_dienes_(device):
     """In the plane of a sheet that turns in space besides; to 1e-6, by the square of the step."""
     modulus = SHEET.tension.stiffness / (2.0 * (1.0 + SHEET.tension.poisson))
     largest, errors = 4.0, []
     for steps in (250, 500, 4000):
-        led = Led(square(SHEET, 0.4), "green_naghdi", device)
+        led = LedSheet(pair_of(SHEET, 0.4), "green_naghdi", device)
         gradients = np.tile(np.eye(2), (steps, 1, 1))
         gradients[:, 0, 1] = largest * np.arange(1, steps + 1) / steps
         turn = rotations(np.random.default_rng(1), 1)[0][:, :2]
@@ -115,7 +105,7 @@ def test_simple_shear_of_an_isotropic_sheet_is_dienes_(device):
         x = led.ply.rest_points[:, :2] @ gradients[-1].T
         area = led.membrane.inputs[0].areas.numpy().sum()
         stress = -(x.T @ f) / area
-        along, across = dienes(largest, modulus)
+        along, across = dienes_stress(largest, modulus)
         error = np.abs(stress - [[along, across], [across, -along]]).max()
         errors.append(error / modulus)
     assert abs(along) > modulus and across > modulus
@@ -142,7 +132,7 @@ def test_the_yarns_frame_keeps_to_the_card(law, degrees, device):
     tension, cell = LAWS[law]
     shear = CURVE if law == "tabulated" else INTERLOCK
     cloth = fabric(tension, shear, cell, angle=math.radians(degrees))
-    led = Led(square(cloth), "fibre_frame", device)
+    led = LedSheet(pair_of(cloth), "fibre_frame", device)
     for angle in np.radians(np.arange(1.0, 61.0)):
         shown = led.along(trellis(np.array([angle]), rest_angle=cloth.yarn_angle))
         couple = float(sample_couples(cloth, np.array([angle]))[0][0])
@@ -158,7 +148,7 @@ def test_the_yarns_frame_keeps_to_the_card(law, degrees, device):
 def test_the_yarns_frame_is_the_semi_discrete_element(device):
     """On a random mesh, from flat to a shaken surface in 40 steps; viscosity none."""
     ply = blank(cloth=fabric(STIFF, INTERLOCK, angle=math.radians(80)))
-    led = Led(ply, "fibre_frame", device)
+    led = LedSheet(ply, "fibre_frame", device)
     x = shaken(ply, np.random.default_rng(4), 0.05)
     for share in np.linspace(0.0, 1.0, 41)[1:]:
         f = led.to(ply.rest_points + share * (x - ply.rest_points))
@@ -171,7 +161,7 @@ def test_a_trellis_in_the_frame_of_r_is_its_closed_form(device):
     """Its axes see ½ ln cos γ along and twice artanh tan γ/2 across."""
     for degrees in (10.0, 30.0, 45.0, 60.0):
         angle = math.radians(degrees)
-        led = Led(square(BOTH_WAYS), "green_naghdi", device)
+        led = LedSheet(pair_of(BOTH_WAYS), "green_naghdi", device)
         shown = led.along(trellis(angle * np.arange(1, 2001) / 2000))
         along, across = 0.5 * math.log(math.cos(angle)), 2.0 * math.atanh(math.tan(0.5 * angle))
         np.testing.assert_allclose(shown.frame_tension, MODULI * along, rtol=1e-5)
@@ -186,7 +176,7 @@ def test_a_trellis_in_the_frame_of_r_is_its_closed_form(device):
 def test_any_path_in_the_frame_of_r(degrees, device):
     cloth = fabric(STIFF, INTERLOCK, factor=1.0, angle=math.radians(degrees))
     flat, space = wandering(3000, np.random.default_rng(3), 0.15)
-    shown = Led(square(cloth), "green_naghdi", device).along(space)
+    shown = LedSheet(pair_of(cloth), "green_naghdi", device).along(space)
     expected = seen_by_r(flat, cloth.yarn_angle)
     moduli = np.array([STIFF.warp, STIFF.weft]) / cloth.yarn_width
     np.testing.assert_allclose(shown.frame_tension, moduli * expected[:2], rtol=1e-5)
@@ -195,25 +185,16 @@ def test_any_path_in_the_frame_of_r(degrees, device):
     assert np.abs(expected).min() > 0.01
 
 
-def loop(steps, stretch=0.1, degrees=40.0):
-    """Warp stretched, sheared, let back, sheared back."""
-    s = np.arange(1, steps + 1) / steps
-    angle, one, none = math.radians(degrees), np.ones(steps), np.zeros(steps)
-    angles = np.r_[none, angle * s, angle * one, angle * (1 - s)]
-    warp = np.r_[1 + stretch * s, (1 + stretch) * one, 1 + stretch * (1 - s), one]
-    return trellis(angles, warp)
-
-
 def test_a_closed_loop_of_strain_leaves_stress_in_the_frame_of_r_alone(device):
     residual = {}
     for approach in ROWS:
-        led = Led(square(BOTH_WAYS), approach, device)
-        largest = np.abs([led.along([g]).couple for g in loop(400)]).max()
+        led = LedSheet(pair_of(BOTH_WAYS), approach, device)
+        largest = np.abs([led.along([g]).couple for g in loop(400, 0.1, math.radians(40.0))]).max()
         shown = led.shown()
         residual[approach] = np.abs(shown.frame_tension / MODULI).max()
         if approach == "fibre_frame":  # the steps' error alone, odd in them and so undone
             assert residual[approach] < 1e-10 and abs(shown.couple) < 1e-8 * largest
-    expected = seen_by_r(loop(2000)[:, :2])
+    expected = seen_by_r(loop(2000, 0.1, math.radians(40.0))[:, :2])
     assert residual["green_naghdi"] == pytest.approx(np.abs(expected[:2]).max(), rel=1e-3)
     assert residual["green_naghdi"] > 1e-3
 
@@ -223,11 +204,11 @@ def test_a_closed_loop_of_strain_leaves_stress_in_the_frame_of_r_alone(device):
 def test_work_is_that_of_the_nodal_forces(approach, viscosity, device):
     """To rounding, in steps of any size: what the balance calls stored, and lost, is exact."""
     ply = blank(cloth=fabric(SOFT, INTERLOCK, angle=math.radians(80)))
-    led = Led(ply, approach, device, yarn_viscosity=viscosity, stabiliser=3.0)
+    led = LedSheet(ply, approach, device, yarn_viscosity=viscosity, stabiliser=3.0)
     rng = np.random.default_rng(5)
     for size in (0.01, 0.1, 0.05):
         led.to(shaken(ply, rng, size))
-    shown = led.membrane.measure(wp.array(led.x, dtype=wp.vec3d, device=device), led.memory)
+    shown = led.measured()
     found = float(shown["work"].sum() + shown["lost"].sum())
     assert led.done > 1e-6
     assert found == pytest.approx(led.done, rel=1e-12)
@@ -239,13 +220,12 @@ def test_work_is_that_of_the_nodal_forces(approach, viscosity, device):
 def test_measuring_ahead_is_what_the_next_step_will_hold(approach, device):
     """Positions are a step ahead of the last forces; what is shown belongs to them."""
     ply = blank()
-    led = Led(ply, approach, device)
+    led = LedSheet(ply, approach, device)
     led.to(shaken(ply, np.random.default_rng(6)))
     x = shaken(ply, np.random.default_rng(7))
-    at = wp.array(x, dtype=wp.vec3d, device=device)
-    ahead = led.membrane.measure(at, led.memory)
+    ahead = led.measured(x)
     led.to(x)
-    there = led.membrane.measure(at, led.memory)
+    there = led.measured()
     for name, values in ahead.items():
         np.testing.assert_allclose(
             there[name], values, rtol=1e-12, atol=1e-12 * np.abs(values).max()
@@ -255,7 +235,7 @@ def test_measuring_ahead_is_what_the_next_step_will_hold(approach, device):
 @pytest.mark.parametrize("approach", ROWS)
 def test_net_force_and_moment_vanish(approach, device):
     ply = blank()
-    led = Led(ply, approach, device)
+    led = LedSheet(ply, approach, device)
     led.to(shaken(ply, np.random.default_rng(8), 0.02))
     x = shaken(ply, np.random.default_rng(9), 0.02)
     f = led.to(x)
@@ -272,10 +252,10 @@ def test_the_bound_on_the_frequency_holds(module, degrees, angle, device):
     """No mode of a sheared pair is above it: eigenvalues of differences of the forces."""
     approach = module.__name__.rpartition(".")[2]
     cloth = fabric(STIFF, INTERLOCK, factor=1.0, angle=math.radians(angle))
-    ply = square(cloth)
+    ply = pair_of(cloth)
     scene = Scene(name="pair", plies=[ply], duration=1.0, approach=approach)
     bound = module.frequencies(scene, 0).max()
-    led = Led(ply, approach, device)
+    led = LedSheet(ply, approach, device)
     led.along(trellis(math.radians(degrees) * np.arange(1, 101) / 100, rest_angle=cloth.yarn_angle))
     n = led.x.size
     step, rows, here = 1e-7 * SIZE, np.zeros((n, n)), led.x
@@ -301,11 +281,10 @@ def test_the_bound_on_the_frequency_holds(module, degrees, angle, device):
 
 def test_forces_leave_other_vertices_alone(device):
     ply = blank()
-    led = Led(ply, "green_naghdi", device)
+    led = LedSheet(ply, "green_naghdi", device)
     x = shaken(ply, np.random.default_rng(8))
     f = wp.full(len(x), wp.vec3d(1.0, 2.0, 3.0), dtype=wp.vec3d, device=device)
     at = wp.array(x, dtype=wp.vec3d, device=device)
     led.membrane.launch(0, led.membrane.patches, at, led.memory, f)(device)
-    again = Led(ply, "green_naghdi", device).to(x)
+    again = LedSheet(ply, "green_naghdi", device).to(x)
     np.testing.assert_allclose(f.numpy() - (1.0, 2.0, 3.0), again, atol=1e-10)
-    assert whole(ply) == led.membrane.span and in_space(np.eye(2)[None]).shape == (1, 3, 2)

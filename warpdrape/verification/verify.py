@@ -85,6 +85,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         compaction,
         coupons,
         friction,
+        hypoelastic,
         invariance,
         mechanics,
         sphere_net,
@@ -96,6 +97,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield compaction.compaction(quick)
     yield bulge.bulge(quick)
     yield invariance.invariance(quick)
+    yield hypoelastic.hypoelastic(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
     yield coupons.bias_extension(quick)
