@@ -26,19 +26,19 @@ class SheetState:
     """State of a triangle, at the positions of its last forces."""
 
     warp: wp.vec3d  # k1 [-]
-    weft: wp.vec3d  # k2 [-]
+    weft: wp.vec3d
     strain: wp.vec3d  # of warp and weft [-] and shear [rad], as its frame has seen them
     couple: wp.float64  # C [N/m]
-    work: wp.vec3d  # done so far on yarns, shear and stabiliser, per area [J/m²]
 
 
 @wp.struct
 class PatchState:
-    """State of a patch: what its triangles share."""
+    """State of a patch: what its triangles share, and the work done on them."""
 
     strain: wp.vec2d  # mean of warp and weft, as the frames have seen them [-]
     change: wp.vec2d  # of it in the last step [-]
     tension: wp.vec2d  # N1, N2 in the frames [N/m]
+    work: wp.vec3d  # done so far on yarns, shear and stabiliser [J]
     lost: wp.float64  # to the yarns' viscosity [J]
 
 
@@ -49,18 +49,19 @@ class SheetStep:
     change: wp.vec3d  # Δε, with the shape in its middle
     before: wp.vec3d  # strains on which the stresses before do their work
     after: wp.vec3d  # … and those after
-    rows: wp.mat33d  # B after it
 
 
 @wp.struct
 class PatchStep:
-    """A patch's step: mean of the triangles' over the area."""
+    """A patch's step: sums over its triangles, strains as means over the area."""
 
+    area: wp.float64  # m²
     change: wp.vec2d  # [-]
     before: wp.vec2d  # [-]
     after: wp.vec2d  # [-]
-    strain: wp.vec2d  # of the yarns after it, k̂ [-]
-    area: wp.float64  # m²
+    sheared: wp.float64  # work on the couples [J]
+    apart: wp.float64  # work on the triangles' own strains, over the stabiliser [m²]
+    yarns: wp.vec2d  # strains of the yarns themselves after it [-]
 
 
 @wp.struct
@@ -73,7 +74,7 @@ class Sheets:
     gradients: wp.array(dtype=wp.vec4d)  # D [1/m], shape [triangle]
     areas: wp.array(dtype=wp.float64)  # flat [m²], shape [triangle]
     stabiliser: wp.float64  # κ C'(0) [N/m]
-    rest_angle: wp.float64  # from warp to weft of the flat ply [rad]
+    rest: wp.vec2d  # cos θ0 and sin θ0 of the flat ply [-]
     viscosity: wp.vec2d  # line tension of warp and weft per change of strain in a step [N/m]
 
 
@@ -98,7 +99,7 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
     """Make the kernels for a frame and a pair of laws: ``(add_stress_forces, measure_stress)``.
 
     Args:
-        rows: wp.func (metric, rest angle) → B of the frame; see `objective_rates`.
+        rows: wp.func (metric, (cos θ0, sin θ0)) → B of the frame; see `objective_rates`.
         tension: wp.func (law, strain) → line tensions [N/m].
         shear: wp.func (law, angle) → couple per area [N/m].
         Tension: struct of the tension law.
@@ -108,7 +109,7 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
     yarns = wp.constant(wp.float64(1.0 if woven else 0.0))
 
     @wp.func
-    def sheet_step(known: SheetState, k1: wp.vec3d, k2: wp.vec3d, angle: wp.float64) -> SheetStep:
+    def sheet_step(known: SheetState, k1: wp.vec3d, k2: wp.vec3d, rest: wp.vec2d) -> SheetStep:
         half = wp.float64(0.5)
         d1 = k1 - known.warp
         d2 = k2 - known.weft
@@ -117,69 +118,69 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         now = metric(k1, k2)
         after = change_of_shape(k1, k2, d1, d2)
         out = SheetStep()
-        out.rows = rows(now, angle)
-        out.change = rows(half * (g + now), angle) * (half * (h + after))
-        out.before = rows(g, angle) * h
-        out.after = out.rows * after
+        out.change = rows(half * (g + now), rest) * (half * (h + after))
+        out.before = rows(g, rest) * h
+        out.after = rows(now, rest) * after
         return out
 
     @wp.func
-    def patch_step(
-        sheets: Sheets, patch: int, x: wp.array(dtype=wp.vec3d), states: wp.array(dtype=SheetState)
+    def step_sheets(
+        sheets: Sheets,
+        patch: int,
+        law: Shear,
+        x: wp.array(dtype=wp.vec3d),
+        states: wp.array(dtype=SheetState),
+        moved: wp.array(dtype=SheetState),
     ) -> PatchStep:
+        """Step a patch's triangles from ``states`` to ``moved``, which may be the same."""
+        half = wp.float64(0.5)
         out = PatchStep()
         for slot in range(sheets.offsets[patch], sheets.offsets[patch + 1]):
             t = sheets.members[slot]
-            k1 = yarn_vector(sheets, t, 0, x)
-            k2 = yarn_vector(sheets, t, 1, x)
-            step = sheet_step(states[t], k1, k2, sheets.rest_angle)
+            known = states[t]
+            now = SheetState()
+            now.warp = yarn_vector(sheets, t, 0, x)
+            now.weft = yarn_vector(sheets, t, 1, x)
+            step = sheet_step(known, now.warp, now.weft, sheets.rest)
+            now.strain = known.strain + step.change
+            rise = shear(law, now.strain[2]) - shear(law, known.strain[2])
+            now.couple = known.couple + rise
+            moved[t] = now
             area = sheets.areas[t]
-            out.change += area * first_two(step.change)
-            out.before += area * first_two(step.before)
-            out.after += area * first_two(step.after)
-            out.strain += area * triangle_strain(k1, k2)
+            before = first_two(step.before)
+            after = first_two(step.after)
             out.area += area
+            out.change += area * first_two(step.change)
+            out.before += area * before
+            out.after += area * after
+            out.sheared += (half * area) * (
+                known.couple * step.before[2] + now.couple * step.after[2]
+            )
+            out.apart += (half * area) * (
+                wp.dot(first_two(known.strain), before) + wp.dot(first_two(now.strain), after)
+            )
+            out.yarns += area * triangle_strain(now.warp, now.weft)
         out.change = out.change / out.area
         out.before = out.before / out.area
         out.after = out.after / out.area
-        out.strain = out.strain / out.area
+        out.yarns = out.yarns / out.area
         return out
 
     @wp.func
-    def patch_after(
-        known: PatchState, step: PatchStep, law: Tension, viscosity: wp.vec2d
-    ) -> PatchState:
+    def step_patch(known: PatchState, step: PatchStep, law: Tension, sheets: Sheets) -> PatchState:
+        """State after a step; work and loss are those of the nodal forces, to rounding."""
+        half = wp.float64(0.5) * step.area
         out = PatchState()
         out.strain = known.strain + step.change
         out.change = step.change
         out.tension = known.tension + (tension(law, out.strain) - tension(law, known.strain))
-        drag = wp.cw_mul(known.change, step.before) + wp.cw_mul(step.change, step.after)
-        out.lost = known.lost + wp.float64(0.5) * step.area * wp.dot(viscosity, drag)
-        return out
-
-    @wp.func
-    def sheet_after(
-        known: SheetState,
-        step: SheetStep,
-        patch: PatchState,
-        now: PatchState,
-        law: Shear,
-        stabiliser: wp.float64,
-    ) -> SheetState:
-        """State after a step, but for the yarn vectors; its work is that of the nodal forces."""
-        half = wp.float64(0.5)
-        out = SheetState()
-        out.strain = known.strain + step.change
-        out.couple = known.couple + (shear(law, out.strain[2]) - shear(law, known.strain[2]))
-        before = first_two(step.before)
-        after = first_two(step.after)
-        held = wp.dot(first_two(known.strain) - patch.strain, before)
-        held += wp.dot(first_two(out.strain) - now.strain, after)
-        out.work = known.work + half * wp.vec3d(
-            wp.dot(patch.tension, before) + wp.dot(now.tension, after),
-            known.couple * step.before[2] + out.couple * step.after[2],
-            stabiliser * held,
+        drawn = wp.dot(known.tension, step.before) + wp.dot(out.tension, step.after)
+        mean = wp.dot(known.strain, step.before) + wp.dot(out.strain, step.after)
+        out.work = known.work + wp.vec3d(
+            half * drawn, step.sheared, sheets.stabiliser * (step.apart - half * mean)
         )
+        drag = wp.cw_mul(known.change, step.before) + wp.cw_mul(step.change, step.after)
+        out.lost = known.lost + half * wp.dot(sheets.viscosity, drag)
         return out
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -206,31 +207,24 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
             f: forces [N], shape [vertex]; accumulated.
         """
         patch = first + wp.tid()
-        moved = patch_step(sheets, patch, x, states)
-        known = patches[patch]
-        now = patch_after(known, moved, tension_law, sheets.viscosity)
+        step = step_sheets(sheets, patch, shear_law, x, states, states)
+        now = step_patch(patches[patch], step, tension_law, sheets)
         patches[patch] = now
         line = now.tension + wp.cw_mul(sheets.viscosity, now.change)
         for slot in range(sheets.offsets[patch], sheets.offsets[patch + 1]):
             t = sheets.members[slot]
-            k1 = yarn_vector(sheets, t, 0, x)
-            k2 = yarn_vector(sheets, t, 1, x)
-            before = states[t]
-            step = sheet_step(before, k1, k2, sheets.rest_angle)
-            after = sheet_after(before, step, known, now, shear_law, sheets.stabiliser)
-            after.warp = k1
-            after.weft = k2
-            states[t] = after
-            own = line + sheets.stabiliser * (first_two(after.strain) - now.strain)
-            stress = wp.transpose(step.rows) * wp.vec3d(own[0], own[1], after.couple)
+            sheet = states[t]
+            own = line + sheets.stabiliser * (first_two(sheet.strain) - now.strain)
+            across = rows(metric(sheet.warp, sheet.weft), sheets.rest)
+            stress = wp.transpose(across) * wp.vec3d(own[0], own[1], sheet.couple)
             stress *= sheets.areas[t]
             add_triangle_loads(
                 sheets.triangles[t, 0],
                 sheets.triangles[t, 1],
                 sheets.triangles[t, 2],
                 sheets.gradients[t],
-                stress[0] * k1 + stress[2] * k2,
-                stress[2] * k1 + stress[1] * k2,
+                stress[0] * sheet.warp + stress[2] * sheet.weft,
+                stress[2] * sheet.warp + stress[1] * sheet.weft,
                 f,
             )
 
@@ -242,6 +236,7 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         states: wp.array(dtype=SheetState),
         patches: wp.array(dtype=PatchState),
         x: wp.array(dtype=wp.vec3d),
+        moved: wp.array(dtype=SheetState),
         strain: wp.array(dtype=wp.vec2d),
         line_tension: wp.array(dtype=wp.vec2d),
         couple: wp.array(dtype=wp.float64),
@@ -257,32 +252,28 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
             states: of triangles, shape [triangle].
             patches: of patches, shape [patch].
             x: positions [m], shape [vertex].
+            moved: states there, shape [triangle]; overwritten.
             strain: the patch's mean yarn strains [-], shape [triangle]; overwritten.
             line_tension: tensions along the yarns [N/m], shape [triangle]; overwritten.
             couple: shear couple on the yarns' angle [N/m], shape [triangle]; overwritten.
-            work: on yarns, shear and stabiliser so far [J], shape [triangle]; overwritten.
+            work: on yarns, shear and stabiliser so far [J], shape [patch]; overwritten.
             lost: to the yarns' viscosity so far [J], shape [patch]; overwritten.
         """
         patch = wp.tid()
-        moved = patch_step(sheets, patch, x, states)
-        known = patches[patch]
-        now = patch_after(known, moved, tension_law, sheets.viscosity)
+        step = step_sheets(sheets, patch, shear_law, x, states, moved)
+        now = step_patch(patches[patch], step, tension_law, sheets)
+        work[patch] = now.work
         lost[patch] = now.lost
         for slot in range(sheets.offsets[patch], sheets.offsets[patch + 1]):
             t = sheets.members[slot]
-            k1 = yarn_vector(sheets, t, 0, x)
-            k2 = yarn_vector(sheets, t, 1, x)
-            step = sheet_step(states[t], k1, k2, sheets.rest_angle)
-            after = sheet_after(states[t], step, known, now, shear_law, sheets.stabiliser)
-            stress = wp.transpose(step.rows) * wp.vec3d(
-                now.tension[0], now.tension[1], after.couple
+            sheet = moved[t]
+            g = metric(sheet.warp, sheet.weft)
+            stress = wp.transpose(rows(g, sheets.rest)) * wp.vec3d(
+                now.tension[0], now.tension[1], sheet.couple
             )
-            g = metric(k1, k2)
-            strain[t] = moved.strain
-            shown = stress
-            shown[2] = yarns * stress[2]
-            line_tension[t] = along_yarns(g, shown)
             couple[t] = stress[2] * wp.sqrt(wp.max(g[0] * g[1] - g[2] * g[2], wp.float64(0.0)))
-            work[t] = sheets.areas[t] * after.work
+            stress[2] = yarns * stress[2]
+            line_tension[t] = along_yarns(g, stress)
+            strain[t] = step.yarns
 
     return add_stress_forces, measure_stress

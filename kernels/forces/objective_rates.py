@@ -28,8 +28,8 @@ def change_of_shape(k1: wp.vec3d, k2: wp.vec3d, d1: wp.vec3d, d2: wp.vec3d) -> w
 
 
 @wp.func
-def fibre_rows(g: wp.vec3d, rest_angle: wp.float64) -> wp.mat33d:
-    """B of two frames, one along the warp and one along the weft.
+def fibre_rows(g: wp.vec3d, rest: wp.vec2d) -> wp.mat33d:
+    """B of two frames, one along the warp and one along the weft, whatever the angle at rest.
 
     de_α = k̂_α·dk_α, the yarn's own; dγ is the mean of the shears that both frames see, which is
     the change of the angle between the yarns.
@@ -49,15 +49,15 @@ def fibre_rows(g: wp.vec3d, rest_angle: wp.float64) -> wp.mat33d:
 
 
 @wp.func
-def polar_rows(g: wp.vec3d, rest_angle: wp.float64) -> wp.mat33d:
+def polar_rows(g: wp.vec3d, rest: wp.vec2d) -> wp.mat33d:
     """B of the frame of the polar decomposition F = R U, in which the flat yarns lie still.
 
     R t_α = F U⁻¹ t_α = p_α1 k1 + p_α2 k2, and D = sym(dF F⁻¹) is seen along these; U⁻¹ in closed
-    form, by the theorem of Cayley and Hamilton.
+    form, by the theorem of Cayley and Hamilton. ``rest`` is (cos θ0, sin θ0).
     """
     two = wp.float64(2.0)
-    cosine = wp.cos(rest_angle)
-    sine = wp.sin(rest_angle)
+    cosine = rest[0]
+    sine = rest[1]
     cot = cosine / sine
     # FᵀF in the orthonormal directions t1 and beside it
     g11 = g[0]

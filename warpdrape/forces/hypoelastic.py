@@ -94,12 +94,13 @@ class StressedPly:
             "strain": (m, wp.vec2d),
             "line_tension": (m, wp.vec2d),
             "couple": (m, wp.float64),
-            "work": (m, wp.vec3d),
+            "work": (self.patches, wp.vec3d),
             "lost": (self.patches, wp.float64),
         }
+        moved = wp.empty_like(memory.triangles)
         shown = {n: wp.empty(k, dtype=d, device=x.device) for n, (k, d) in shapes.items()}
         inputs = [*self.inputs, memory.triangles, memory.patches, x]
-        outputs = list(shown.values())
+        outputs = [moved, *shown.values()]
         wp.launch(self.kernels[1], self.patches, inputs, outputs=outputs, device=x.device)
         return {name: array.numpy() for name, array in shown.items()}
 
@@ -197,7 +198,7 @@ def build_stressed_ply(
     sheets.gradients = wp.array(gradients, dtype=wp.vec4d, device=device)
     sheets.areas = wp.array(areas, dtype=wp.float64, device=device)
     sheets.stabiliser = 0.0 if isotropic else stabiliser_stiffness(fabric, numerics)
-    sheets.rest_angle = fabric.yarn_angle
+    sheets.rest = wp.vec2d(np.cos(fabric.yarn_angle), np.sin(fabric.yarn_angle))
     sheets.viscosity = wp.vec2d(*yarn_viscosity(fabric, numerics))
     yarns = np.column_stack([np.stack(ply.yarn_directions), np.zeros(2)])
     laws = _laws(fabric, numerics, device)
