@@ -36,15 +36,16 @@ def fibre_rows(g: wp.vec3d, rest: wp.vec2d) -> wp.mat33d:
     """
     zero = wp.float64(0.0)
     one = wp.float64(1.0)
-    length1 = wp.sqrt(g[0])
-    length2 = wp.sqrt(g[1])
-    cosine = g[2] / (length1 * length2)
-    sine = guarded_sine(cosine)
-    cot = cosine / sine
+    inverse1 = one / wp.sqrt(g[0])
+    inverse2 = one / wp.sqrt(g[1])
+    both = inverse1 * inverse2
+    cosine = g[2] * both
+    inverse = one / guarded_sine(cosine)
+    cot = cosine * inverse
     return wp.matrix_from_rows(
-        wp.vec3d(one / length1, zero, zero),
-        wp.vec3d(zero, one / length2, zero),
-        wp.vec3d(-cot / g[0], -cot / g[1], one / (length1 * length2 * sine)),
+        wp.vec3d(inverse1, zero, zero),
+        wp.vec3d(zero, inverse2, zero),
+        wp.vec3d(-cot * inverse1 * inverse1, -cot * inverse2 * inverse2, both * inverse),
     )
 
 
@@ -55,29 +56,31 @@ def polar_rows(g: wp.vec3d, rest: wp.vec2d) -> wp.mat33d:
     R t_α = F U⁻¹ t_α = p_α1 k1 + p_α2 k2, and D = sym(dF F⁻¹) is seen along these; U⁻¹ in closed
     form, by the theorem of Cayley and Hamilton. ``rest`` is (cos θ0, sin θ0).
     """
+    one = wp.float64(1.0)
     two = wp.float64(2.0)
     cosine = rest[0]
     sine = rest[1]
-    cot = cosine / sine
+    inverse = one / sine
+    cot = cosine * inverse
     # FᵀF in the orthonormal directions t1 and beside it
     g11 = g[0]
-    g12 = (g[2] - cosine * g[0]) / sine
-    g22 = (g[1] - two * cosine * g[2] + cosine * cosine * g[0]) / (sine * sine)
+    g12 = inverse * g[2] - cot * g[0]
+    g22 = inverse * inverse * (g[1] - two * cosine * g[2]) + cot * cot * g[0]
     least = COLLAPSE_SINE * COLLAPSE_SINE * g11 * g22
     area = wp.sqrt(wp.max(g11 * g22 - g12 * g12, least))
-    scale = wp.float64(1.0) / (area * wp.sqrt(g11 + g22 + two * area))
+    scale = one / (area * wp.sqrt(g11 + g22 + two * area))
     v11 = scale * (g22 + area)
     v22 = scale * (g11 + area)
     v12 = -scale * g12
     # U⁻¹ t1 and U⁻¹ t2 there, and in terms of k1, k2
     q1 = wp.vec2d(v11, v12)
     q2 = wp.vec2d(cosine * v11 + sine * v12, cosine * v12 + sine * v22)
-    p1 = wp.vec2d(q1[0] - cot * q1[1], q1[1] / sine)
-    p2 = wp.vec2d(q2[0] - cot * q2[1], q2[1] / sine)
+    p1 = wp.vec2d(q1[0] - cot * q1[1], inverse * q1[1])
+    p2 = wp.vec2d(q2[0] - cot * q2[1], inverse * q2[1])
     along1 = wp.vec3d(p1[0] * p1[0], p1[1] * p1[1], p1[0] * p1[1])
     along2 = wp.vec3d(p2[0] * p2[0], p2[1] * p2[1], p2[0] * p2[1])
     between = wp.vec3d(two * p1[0] * p2[0], two * p1[1] * p2[1], p1[0] * p2[1] + p1[1] * p2[0])
-    return wp.matrix_from_rows(along1, along2, (between - cosine * (along1 + along2)) / sine)
+    return wp.matrix_from_rows(along1, along2, inverse * between - cot * (along1 + along2))
 
 
 @wp.func
