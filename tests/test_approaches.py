@@ -43,6 +43,10 @@ def test_a_hemisphere_in_the_yarns_frame_is_the_semi_discrete_one():
     strains = [result.plies[0].strain.max() for result in (one, other, polar)]
     assert strains[1] == pytest.approx(strains[0], rel=0.1)
     assert strains[2] > 5.0 * strains[0]
+    warned = [
+        "did not turn with the yarns" in str(r.summary["warnings"]) for r in (one, other, polar)
+    ]
+    assert warned == [False, False, True]
 
 
 @pytest.mark.parametrize("approach", STRESSED)

@@ -14,7 +14,7 @@ from warpdrape.forces import fibre_frame, green_naghdi
 from warpdrape.forces.membrane import flat_gradients
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_couples, sample_tensions
-from warpdrape.materials.laws import IsotropicMembrane
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension
 from warpdrape.scene import Scene
 from warpdrape.verification.hypoelastic import dienes_stress
 from warpdrape.verification.led_sheet import ROWS, LedSheet, loop, pair_of, trellis
@@ -170,6 +170,21 @@ def test_a_trellis_in_the_frame_of_r_is_its_closed_form(device):
         # What resists the yarns' turning is the frame's power over dγ.
         apparent = couple / math.cos(angle) - 0.5 * math.tan(angle) * (MODULI * along).sum()
         assert shown.couple == pytest.approx(apparent, rel=1e-5)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 60.0])
+def test_a_yarn_stretched_after_shear_in_the_frame_of_r(degrees, device):
+    """R's frame sees cos² ½γ/cos γ and −sin² ½γ/cos γ of it, and is in compression already."""
+    angle, strain = math.radians(degrees), 1e-6
+    cloth = fabric(LinearTension(46e3, 46e3), cell=(1.35e-3, 1.35e-3), factor=1.0)
+    led = LedSheet(pair_of(cloth), "green_naghdi", device)
+    before = led.along(trellis(angle * np.arange(1, 2001) / 2000)).tension[0]
+    after = led.along(trellis(angle, 1.0 + strain)).tension[0]
+    cosine = math.cos(angle)
+    spread = (1.0 - 0.5 * math.sin(angle) ** 2) / cosine**2 - 0.5 * math.log(cosine)
+    # The tensions are 0.3 E at most, known to 1e-16: 3e-11 of the difference, and ε itself.
+    modulus = 46e3 / 1.35e-3
+    assert (after - before) / (strain * modulus) == pytest.approx(spread, rel=1e-5)
 
 
 @pytest.mark.parametrize("degrees", [90.0, 65.0])

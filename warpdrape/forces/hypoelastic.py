@@ -32,11 +32,15 @@ from warpdrape.kernels.forces.hypoelastic import (
 from warpdrape.kernels.materials.isotropic import IsotropicMembrane as IsotropicStruct
 from warpdrape.kernels.materials.isotropic import sheet_couple, sheet_tension
 from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import membrane_functions, shear_struct, tension_struct
 from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
+
+OFF_THE_CARD = 0.1
+"""Tension off the card's for the yarns' strains, over the card's largest, that is warned of [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +61,7 @@ class StressedPly:
     """One ply's triangles on a device.
 
     Attributes:
+        ply: the ply.
         span: where its vertices and triangles are in the model's.
         kernels: that add forces, and that measure.
         inputs: of both: triangles and laws.
@@ -65,6 +70,7 @@ class StressedPly:
         patches: number of patches.
     """
 
+    ply: Ply
     span: Span
     kernels: tuple[Any, Any]
     inputs: tuple[Any, ...]
@@ -103,6 +109,24 @@ class StressedPly:
         outputs = [moved, *shown.values()]
         wp.launch(self.kernels[1], self.patches, inputs, outputs=outputs, device=x.device)
         return {name: array.numpy() for name, array in shown.items()}
+
+    def off_the_card(self, fields: Mapping[str, np.ndarray], softening: float) -> list[str]:
+        """A warning where tensions are not those that the card gives the yarns' strains."""
+        fabric, strain = self.ply.fabric, fields["strain"]
+        if isinstance(fabric.tension, IsotropicMembrane):
+            return []
+        card = sample_tensions(soften(fabric, softening), strain)[0]
+        apart = np.abs(fields["line_tension"] - card)
+        triangle, family = np.unravel_index(np.argmax(apart), apart.shape)
+        if apart.max() <= OFF_THE_CARD * np.abs(card).max():
+            return []
+        return [
+            f"{('warp', 'weft')[family]} of ply {self.ply.name!r} carries "
+            f"{fields['line_tension'][triangle, family]:.3g} N/m at a strain of "
+            f"{100.0 * strain[triangle, family]:.2g} %, where its card gives "
+            f"{card[triangle, family]:.3g} N/m: the stress did not turn with the yarns; "
+            "compare approach = 'semi_discrete'"
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +181,10 @@ class StressedMembranes:
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict[str, float], list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
-        return summary_of_softening(self.softening, history, fields)
+        found, warnings = summary_of_softening(self.softening, history, fields)
+        for ply, shown in zip(self.plies, fields, strict=True):
+            warnings += ply.off_the_card(shown, self.softening)
+        return found, warnings
 
 
 def build_stressed(
@@ -203,7 +230,9 @@ def build_stressed_ply(
     yarns = np.column_stack([np.stack(ply.yarn_directions), np.zeros(2)])
     laws = _laws(fabric, numerics, device)
     kernels = _kernels(rows, *_functions(fabric))
-    return StressedPly(span, kernels, (sheets, *laws), yarns, np.asarray(members), len(offsets) - 1)
+    return StressedPly(
+        ply, span, kernels, (sheets, *laws), yarns, np.asarray(members), len(offsets) - 1
+    )
 
 
 _kernels = functools.cache(make_hypoelastic)
