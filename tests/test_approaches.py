@@ -99,7 +99,8 @@ def test_a_run_says_by_which_approach_and_goes_on_by_no_other(tmp_path):
     scene = small_press(duration=2e-4, approach="fibre_frame")
     scene.run(tmp_path / "run", frames=2)
     record = json.loads((tmp_path / "run" / "run.json").read_text("utf-8"))
-    assert record["approach"] == "fibre_frame"
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
+    assert record["approach"] == summary["approach"] == "fibre_frame"
     other = dataclasses.replace(scene, approach="green_naghdi")
     with pytest.raises(InputError, match="approach = 'green_naghdi', the run's 'fibre_frame'"):
         other.run(resume=tmp_path / "run")
