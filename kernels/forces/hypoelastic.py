@@ -79,17 +79,6 @@ class Sheets:
 
 
 @wp.func
-def yarn_vector(sheets: Sheets, t: int, family: int, x: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
-    """Current k1 (family 0) or k2 of a triangle [-]."""
-    origin = x[sheets.triangles[t, 0]]
-    edge_b = x[sheets.triangles[t, 1]] - origin
-    edge_c = x[sheets.triangles[t, 2]] - origin
-    if family == 0:
-        return warp_vector(sheets.gradients[t], edge_b, edge_c)
-    return weft_vector(sheets.gradients[t], edge_b, edge_c)
-
-
-@wp.func
 def first_two(v: wp.vec3d) -> wp.vec2d:
     """Of warp and weft."""
     return wp.vec2d(v[0], v[1])
@@ -139,8 +128,11 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
             t = sheets.members[slot]
             known = states[t]
             now = SheetState()
-            now.warp = yarn_vector(sheets, t, 0, x)
-            now.weft = yarn_vector(sheets, t, 1, x)
+            origin = x[sheets.triangles[t, 0]]
+            edge_b = x[sheets.triangles[t, 1]] - origin
+            edge_c = x[sheets.triangles[t, 2]] - origin
+            now.warp = warp_vector(sheets.gradients[t], edge_b, edge_c)
+            now.weft = weft_vector(sheets.gradients[t], edge_b, edge_c)
             step = sheet_step(known, now.warp, now.weft, sheets.rest)
             now.strain = known.strain + step.change
             rise = shear(law, now.strain[2]) - shear(law, known.strain[2])
