@@ -92,17 +92,25 @@ class Measurement:
     phases: dict[str, float] = field(default_factory=dict)
 
 
-def membrane(cells: int) -> wd.Scene:
+def membrane(cells: int, approach: str = "semi_discrete") -> wd.Scene:
     """A sheet of 2 cells² triangles without tools and bending, as the yardstick has."""
     cloth = with_bending("carbon_interlock", "none")
     ply = wd.Ply.rectangle("sheet", cloth, 0.4, cells=cells, mesh="diagonal")
-    return wd.Scene(name="membrane", plies=[ply], duration=0.05, gravity=(0.0, 0.0, 0.0))
+    still = (0.0, 0.0, 0.0)
+    return wd.Scene(name="membrane", plies=[ply], duration=0.05, gravity=still, approach=approach)
 
 
 def _cases() -> dict[str, Case]:
     found = {}
     for cells in (28, 57, 113, 200, 707):
         found[f"membrane_{2 * cells**2}"] = Case(membrane, cells, quick=cells < 150)
+    for approach in ("fibre_frame", "green_naghdi"):
+        stressed = partial(membrane, approach=approach)
+        for cells in (57, 200):
+            quick = cells < 150
+            found[f"membrane_{approach}_{2 * cells**2}"] = Case(stressed, cells, quick=quick)
+        formed = partial(hemisphere.build, approach=approach)
+        found[f"hemisphere_{approach}_1600"] = Case(formed, 20, 0.5)
     one_ply = {20: 0.5, 40: 0.1, 80: 0.06, 158: 0.0, 500: 0.0}
     three_plies = {20: 0.1, 46: 0.05, 80: 0.02, 158: 0.0, 289: 0.0}
     table = {28: 0.1, 100: 0.05, 224: 0.0, 707: 0.0}

@@ -34,6 +34,7 @@ def build(
     duration: float = 0.15,
     damping: float = 20.0,
     averaging: str = "pairs",
+    approach: str = "semi_discrete",
 ) -> Scene:
     """Build a bias-extension test, pulled along ``height``.
 
@@ -48,6 +49,7 @@ def build(
         duration: of the pull; inertia bears little of the force from 3° on [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
+        approach: "semi_discrete", or stress as a state: "green_naghdi" or "fibre_frame".
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     positive("width", width, unit="m")
@@ -81,6 +83,7 @@ def build(
         gravity=(0.0, 0.0, 0.0),
         self_contact=False,
         numerics=coupon_numerics(averaging, damping),
+        approach=approach,
         parameters=parameters,
         **coupon_files(curve),
     )

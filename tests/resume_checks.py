@@ -107,6 +107,7 @@ SCENES = {
     "friction between fibres": lambda: press(CURVED),
     "membranes, exact": lambda: press(ELASTIC, contact="exact"),
     "coupon": coupon,
+    "stress as a state": lambda: dataclasses.replace(press(**FASTER), approach="green_naghdi"),
     "loaded": loaded,
     "turning": turning,
 }

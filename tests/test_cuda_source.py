@@ -8,9 +8,11 @@ import warp as wp
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 
 from warpdrape import kernels
+from warpdrape.forces.hypoelastic import _kernels
 from warpdrape.forces.membrane import _yarn_kernels
 from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.bending import add_bending_forces
+from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
 
@@ -63,6 +65,13 @@ def test_the_kernels_of_every_pair_of_laws_compile(tension, shear, tmp_path):
     law, cell = TENSIONS[tension]
     cloth = fabric(law, SHEARS[shear], **({"cell": cell} if cell else {}))
     for number, kernel in enumerate(_yarn_kernels(membrane_functions(cloth))):
+        assert compiled(kernel.module, tmp_path / str(number)) > 1000
+
+
+@pytest.mark.parametrize("rows", [fibre_rows, polar_rows])
+def test_the_kernels_of_stress_as_a_state_compile(rows, tmp_path):
+    tension, _, shear, _, *structs = membrane_functions(fabric(*TENSIONS["linear"][:1]))
+    for number, kernel in enumerate(_kernels(rows, tension, shear, *structs, True)):
         assert compiled(kernel.module, tmp_path / str(number)) > 1000
 
 

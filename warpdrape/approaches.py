@@ -15,9 +15,14 @@ SEMI_DISCRETE = "semi_discrete"
 """The default: explicit dynamics of triangles of woven cells."""
 APPROACHES = {
     SEMI_DISCRETE: "warpdrape.simulation",
+    "green_naghdi": "warpdrape.simulation",
+    "fibre_frame": "warpdrape.simulation",
     "fishnet": "warpdrape.fishnet_run",
 }
-"""Name → module whose ``run_scene`` computes a scene; it is imported when it is used."""
+"""Name → module whose ``run_scene`` computes a scene; it is imported when it is used.
+
+Those of `warpdrape.simulation` differ by the force of the plies' membranes:
+`warpdrape.dynamics.interactions.MEMBRANES`."""
 
 
 def solver_of(approach: str) -> Callable[..., Result]:

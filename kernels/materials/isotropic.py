@@ -40,3 +40,18 @@ def membrane_energy(law: IsotropicMembrane, strain: wp.vec3d) -> wp.float64:
     return wp.float64(0.5) * (
         stress[0] * strain[0] + stress[1] * strain[1] + wp.float64(2.0) * stress[2] * strain[2]
     )
+
+
+@wp.func
+def sheet_tension(law: IsotropicMembrane, strain: wp.vec2d) -> wp.vec2d:
+    """Stress times thickness on two perpendicular directions [N/m] by Hooke's law."""
+    factor = law.stiffness / (wp.float64(1.0) - law.poisson * law.poisson)
+    return factor * wp.vec2d(
+        strain[0] + law.poisson * strain[1], strain[1] + law.poisson * strain[0]
+    )
+
+
+@wp.func
+def sheet_couple(law: IsotropicMembrane, angle: wp.float64) -> wp.float64:
+    """Shear stress times thickness [N/m] of a change of the angle between them [rad]."""
+    return angle * law.stiffness / (wp.float64(2.0) * (wp.float64(1.0) + law.poisson))

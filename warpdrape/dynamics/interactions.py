@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 import warp as wp
 
 from warpdrape.contact import (
@@ -13,18 +15,41 @@ from warpdrape.contact import (
 )
 from warpdrape.contact.compaction import build_pads
 from warpdrape.contact.features import has_features
-from warpdrape.forces import bending, bending_curve, membrane, pressure, springs
+from warpdrape.forces import (
+    bending,
+    bending_curve,
+    fibre_frame,
+    green_naghdi,
+    membrane,
+    pressure,
+    springs,
+)
 from warpdrape.interaction import Interaction, Span
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing
 
-FORCES = (membrane, bending, bending_curve, pressure, springs)
-"""Modules of forces: ``build``, and ``frequencies``, the bound on ω² of a ply's triangles.
-
-The first one is what selective mass scaling scales, and its elements say how parts on several
-threads share out a ply."""
+MEMBRANES = {
+    "semi_discrete": membrane,
+    "green_naghdi": green_naghdi,
+    "fibre_frame": fibre_frame,
+}
+"""The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
+on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it
+alone. Its elements say how parts on several threads share out a ply."""
+FORCES = (bending, bending_curve, pressure, springs)
+"""Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""
+
+
+def membrane_of(scene: Setup) -> ModuleType:
+    """The module of the plies' membranes."""
+    return MEMBRANES[scene.approach]
+
+
+def forces_of(scene: Setup) -> tuple[ModuleType, ...]:
+    """The modules of forces, the membranes' first."""
+    return (membrane_of(scene), *FORCES)
 
 
 def build_contacts(

@@ -10,7 +10,7 @@ import warp as wp
 
 from warpdrape.contact.tool_pose import turning_tools
 from warpdrape.dynamics.floating import floating_tools
-from warpdrape.dynamics.interactions import FORCES, build_contacts
+from warpdrape.dynamics.interactions import build_contacts, forces_of
 from warpdrape.dynamics.selective_mass import SelectiveMass, build_selective_mass, start_scaled
 from warpdrape.dynamics.time_step import LumpedMass, lump_masses
 from warpdrape.interaction import Force, Interaction, Span
@@ -90,7 +90,7 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
     rest = np.concatenate([ply.rest_points for ply in scene.plies])
     spans = ply_spans(scene)
     mass = wp.array(masses.mass, dtype=wp.float64, device=device)
-    forces = (force.build(scene, spans, device) for force in FORCES)
+    forces = (force.build(scene, spans, device) for force in forces_of(scene))
     contacts = build_contacts(scene, spans, timing, mass, device)
     return Model(
         scene=scene,

@@ -20,8 +20,9 @@ import scipy.sparse as sparse
 import warp as wp
 
 from warpdrape.blanks.triangles import highest_frequency_squared
+from warpdrape.dynamics.interactions import membrane_of
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import flat_gradients, sheet_stiffness
+from warpdrape.forces.membrane import flat_gradients
 from warpdrape.kernels.dynamics.selective_mass import Filter, Power
 from warpdrape.setup import Setup
 
@@ -99,7 +100,7 @@ def _scalar_stiffness(ply, scene: Setup) -> tuple[float, float]:
 
     Of shear, (g1·∂u/∂1 + g2·∂u/∂2)² ≤ 2 g² (‖∂u/∂1‖² + ‖∂u/∂2‖²).
     """
-    yarns, shear = sheet_stiffness(ply, scene.numerics)
+    yarns, shear = membrane_of(scene).sheet_stiffness(ply, scene.numerics)
     return yarns[0] + 2.0 * shear, yarns[1] + 2.0 * shear
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.contact.law import step_share
-from warpdrape.dynamics.interactions import FORCES
+from warpdrape.dynamics.interactions import forces_of
 from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import flat_gradients
@@ -52,7 +52,7 @@ def stable_step(highest: float, taken: float) -> float:
 
 def frequencies(scene: Setup, number: int) -> np.ndarray:
     """Bound on ω² [1/s²] of each triangle of a ply, that of each force, shape [force, triangle]."""
-    return np.stack([force.frequencies(scene, number) for force in FORCES])
+    return np.stack([force.frequencies(scene, number) for force in forces_of(scene)])
 
 
 def lump_masses(scene: Setup) -> LumpedMass:

@@ -16,6 +16,7 @@ from warpdrape.fishnet.onto import laid_on
 from warpdrape.fishnet.press import mould_surface, pressed_surface, split_tools
 from warpdrape.fishnet.solver import lay_out
 from warpdrape.fishnet.surface import NetSurface
+from warpdrape.materials.laws import Unwoven
 from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 
@@ -53,8 +54,14 @@ def drape_stack(plies: Sequence[Ply], tools: Sequence[Tool], poses: Sequence[Pos
         poses: where they are now.
 
     Raises:
-        InputError: if the tools give no surface to drape over.
+        InputError: if the tools give no surface to drape over, or a ply has no yarns.
     """
+    for ply in plies:
+        if isinstance(ply.fabric.tension, Unwoven):
+            raise InputError(
+                f"approach = 'fishnet' lays out yarns, and fabric {ply.fabric.name!r} of ply "
+                f"{ply.name!r} has none: take approach = 'semi_discrete'"
+            )
     low = min(ply.z - 0.5 * ply.fabric.thickness for ply in plies)
     high = max(ply.z + 0.5 * ply.fabric.thickness for ply in plies)
     middle = 0.5 * (low + high)

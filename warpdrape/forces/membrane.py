@@ -165,20 +165,40 @@ class Membranes:
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
         """What ``summary.json`` says of a ply's membrane."""
-        strain = fields["strain"]
-        return {
-            "max_strain_warp": float(strain[:, 0].max()),
-            "max_strain_weft": float(strain[:, 1].max()),
-        }
+        return strain_entries(fields)
 
     def entries(
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict[str, float], list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
         woven = [of_ply for of_ply, yes in zip(fields, self.woven, strict=True) if yes]
-        strain = max((float(of_ply["strain"].max()) for of_ply in woven), default=0.0)
-        found = softening_entries(self.softening, history, strain)
-        return found, softening_warnings(found)
+        return summary_of_softening(self.softening, history, woven)
+
+
+def strain_entries(fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Entries of ``summary.json`` on the yarn strains of a ply."""
+    strain = fields["strain"]
+    return {
+        "max_strain_warp": float(strain[:, 0].max()),
+        "max_strain_weft": float(strain[:, 1].max()),
+    }
+
+
+def summary_of_softening(
+    softening: float,
+    history: Mapping[str, np.ndarray],
+    fields: Sequence[Mapping[str, np.ndarray]],
+) -> tuple[dict[str, float], list[str]]:
+    """Entries of ``summary.json`` on softer yarns, and warnings.
+
+    Args:
+        softening: by which yarns are softer.
+        history: columns over the frames.
+        fields: of the woven plies.
+    """
+    strain = max((float(of_ply["strain"].max()) for of_ply in fields), default=0.0)
+    found = softening_entries(softening, history, strain)
+    return found, softening_warnings(found)
 
 
 def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Membranes:

@@ -118,6 +118,7 @@ def summarise(
         "status": "failed" if failure else "completed",
         "message": closing_words(failure, warnings),
         "warnings": warnings,
+        "approach": model.scene.approach,
         "steps": steps,
         "time_step_s": model.timing.time_step,
         "stable_time_step_s": model.timing.stable_step,

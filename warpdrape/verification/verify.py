@@ -86,6 +86,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         coupons,
         drape,
         friction,
+        hypoelastic,
         invariance,
         mechanics,
         nets,
@@ -104,6 +105,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield wrinkling.wrinkling(quick)
     yield drape.drape(quick)
     yield invariance.invariance(quick)
+    yield hypoelastic.hypoelastic(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
     yield coupons.bias_extension(quick)
