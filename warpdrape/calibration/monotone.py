@@ -65,20 +65,23 @@ class LeastSquares:
     Attributes:
         products: AᵀA of each, shape [specimen, size, size].
         sides: Aᵀy of each, shape [specimen, size].
+        squares: yᵀy of each, shape [specimen].
     """
 
     products: np.ndarray
     sides: np.ndarray
+    squares: np.ndarray
 
     @classmethod
     def of(cls, parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> LeastSquares:
-        """From (rows [n, size], values [n], errors expected [n]) of each specimen, each weighing one."""
-        products, sides = [], []
+        """From (rows [n, size], values [n], errors expected [n]) of each specimen, weighing one."""
+        products, sides, squares = [], [], []
         for rows, values, errors in parts:
             weight = 1.0 / (errors**2 * len(values))
             products.append(rows.T @ (weight[:, None] * rows))
             sides.append(rows.T @ (weight * values))
-        return cls(np.array(products), np.array(sides))
+            squares.append(float(weight @ values**2))
+        return cls(np.array(products), np.array(sides), np.array(squares))
 
     def fit(self, weights: np.ndarray) -> np.ndarray:
         """Coefficients, none negative, for weights of the specimens; shape [size]."""
@@ -87,6 +90,13 @@ class LeastSquares:
         level = RIDGE * float(np.trace(product)) / len(side)
         root = np.linalg.cholesky(product + level * np.eye(len(side)))
         return nnls(root.T, np.linalg.solve(root, side))[0]
+
+    def misfit(self, weights: np.ndarray, coefficients: np.ndarray) -> float:
+        """Weighted sum of squared errors over those expected."""
+        product = np.tensordot(weights, self.products, 1)
+        side = weights @ self.sides
+        c = coefficients
+        return float(weights @ self.squares - 2.0 * side @ c + c @ product @ c)
 
 
 def errors_expected(fitted: np.ndarray, largest: float) -> np.ndarray:

@@ -55,7 +55,7 @@ def loading_curves(test: Test) -> list[LoadingCurve]:
 
 
 def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
-    """The curve of one specimen, in the order: sign, machine, preload, slack, toe, loading branch."""
+    """The curve of one specimen: sign, machine, preload, slack, toe, loading, in this order."""
     columns, values = specimen.columns, test.values
     travel = _travel(test, columns)
     force = np.array(columns["force"], dtype=float)
@@ -86,7 +86,7 @@ def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
 
 
 def in_bins(at: np.ndarray, values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray]:
-    """Means of points in even bins, both of where they are and of their values; empty ones left out.
+    """Means of points in even bins, of where they are and of their values; none of empty ones.
 
     Args:
         at: rising, shape [n].
@@ -174,7 +174,7 @@ def _less_toe(
     if len(part) < 3:
         raise InputError(
             f"{specimen.file}: {specimen.name} has fewer than three rows between "
-            f"{TOE_BETWEEN[0]:.0%} and {TOE_BETWEEN[1]:.0%} of its force: give its slack instead of toe"
+            f"{TOE_BETWEEN[0]:.0%} and {TOE_BETWEEN[1]:.0%} of its force: give slack, not toe"
         )
     slope, level = np.polyfit(travel[part], force[part], 1)
     if slope <= 0.0:
@@ -189,8 +189,8 @@ def _abscissa(test: Test, specimen: Specimen, travel: np.ndarray) -> np.ndarray:
     if "travel" not in specimen.columns:
         if test.kind != "uniaxial_tension" and travel.max() >= COLLAPSE:
             raise InputError(
-                f"{specimen.file}: {specimen.name} reaches {math.degrees(travel.max()):.4g}°: shear "
-                "angles stay below 90°; check their unit"
+                f"{specimen.file}: {specimen.name} reaches {math.degrees(travel.max()):.4g}°: "
+                "shear angles stay below 90°; check their unit"
             )
         return travel
     values = test.values

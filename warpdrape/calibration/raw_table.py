@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +24,14 @@ class Specimen:
         file: from which it was read.
         columns: what it is → values in SI, shape [row].
         understood: how the file was read, in words.
+        units: what it is → factor to SI, and the unit as the file has it.
     """
 
     name: str
     file: str
     columns: Mapping[str, np.ndarray]
     understood: tuple[str, ...] = ()
+    units: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,10 @@ class Wanted:
 
 @dataclass(frozen=True)
 class _Layout:
-    """Columns of a table: for each group (a specimen) the index of every role, and their factors."""
+    """Columns of a table: for each group (a specimen) the index of every role; their factors."""
 
     groups: tuple[dict[str, int], ...]
-    factors: dict[str, float]
+    units: dict[str, tuple[float, str]]
     specimen: int | None
     heads: dict[str, str]
     width: int
@@ -213,7 +215,7 @@ def _with_units(
     wanted: Wanted,
     first_row: int,
 ) -> _Layout:
-    factors, shown = {}, {}
+    units, shown = {}, {}
     quantities = {r: q for way in wanted.ways for r, q in way.items()} | dict(wanted.also)
     for role, column in groups[0].items():
         quantity = quantities[role]
@@ -230,7 +232,7 @@ def _with_units(
                 f"{text.name}: {role} is in {unit!r}, which is no unit of {quantity}; known: "
                 f"{known_units(quantity)}"
             )
-        factors[role] = factor
+        units[role] = factor, unit or "-"
         shown[role] = (
             f"{role} from {heads[column].text or f'column {column + 1}'!r} in {unit or '-'}"
         )
@@ -239,7 +241,7 @@ def _with_units(
     said = [i for i in said if i not in taken]
     specimen = said[0] if said and len(groups) == 1 else None
     width = max(1 + max(taken), sum(bool(head.text) for head in heads))
-    return _Layout(tuple(groups), factors, specimen, shown, width, first_row)
+    return _Layout(tuple(groups), units, specimen, shown, width, first_row)
 
 
 def _block(text: RawText, at: int, layout: _Layout) -> tuple[list[int], int, int]:
@@ -299,13 +301,13 @@ def _specimens(
         whole = np.array([v for v in values if None not in v], dtype=float)
         if not len(whole):
             continue
-        columns = {r: layout.factors[r] * whole[:, k] for k, r in enumerate(group)}
-        found.append(Specimen(name, text.name, columns, words))
+        columns = {r: layout.units[r][0] * whole[:, k] for k, r in enumerate(group)}
+        found.append(Specimen(name, text.name, columns, words, layout.units))
     return found
 
 
 def _delimiter_word(delimiter: str) -> str:
-    return {"\t": "tab", " ": "spaces"}.get(delimiter, repr(delimiter))
+    return {"\t": "tab", " ": "spaces", "\n": "lines"}.get(delimiter, repr(delimiter))
 
 
 def _refuse(text: RawText, wanted: Wanted) -> None:

@@ -13,6 +13,8 @@ from warpdrape.errors import InputError
 DELIMITERS = (";", "\t", ",", "|")
 """In the order in which they are preferred; runs of spaces after all of them."""
 COMMENTS = ("#", "%", "//", "!")
+ONE_COLUMN = 0.3
+"""Share of lines that must be cut alike, else the table has one column."""
 LARGEST = 200_000_000
 """Bytes of a file beyond which it is no table of a test."""
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
@@ -31,7 +33,7 @@ class RawText:
     Attributes:
         name: of the file.
         encoding: as it was read.
-        delimiter: what separates columns, " " for runs of spaces.
+        delimiter: what separates columns, " " for runs of spaces, a line's end for one column.
         decimal: "." or ",".
         rows: cells of each line that is neither empty nor a comment.
         lines: number of each of these lines in the file, from 1.
@@ -123,7 +125,7 @@ def _announced(
 def _delimiter(lines: list[str]) -> str:
     """The one that cuts most lines into one and the same number of cells, most of them numbers."""
     sample = lines[-400:]
-    best, score = " ", 0.0
+    best, score = "\n", ONE_COLUMN
     for delimiter in (*DELIMITERS, " "):
         cut = [_cells(line, delimiter) for line in sample]
         counts = Counter(len(cells) for cells in cut if len(cells) > 1)
@@ -140,6 +142,8 @@ def _delimiter(lines: list[str]) -> str:
 def _cells(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         return line.split()
+    if delimiter == "\n":
+        return [line.strip()]
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ class Test:
         empty: travel and force of the empty machine, to be taken off; None without.
         note: what the user says about it.
         files: names of its raw files.
+        given: its table as it stands in the file.
     """
 
     __test__ = False  # no test of pytest's
@@ -56,6 +57,7 @@ class Test:
     empty: Specimen | None = None
     note: str = ""
     files: tuple[str, ...] = ()
+    given: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def about(self) -> Kind:
@@ -181,6 +183,7 @@ def _test(section: Section, name: str, folder: Path) -> Test:
         empty,
         section.text("note"),
         tuple(path.name for path in files),
+        dict(section.values),
     )
 
 
@@ -240,7 +243,7 @@ def _files(section: Section, folder: Path) -> list[Path]:
 def _check(
     section: Section, kind: str, values: dict[str, Any], found: tuple[Specimen, ...]
 ) -> None:
-    """Refuse set-ups for which the test's formula does not hold, and tables without what it needs."""
+    """Refuse set-ups for which a test's formula does not hold, and tables without its needs."""
     columns = found[0].columns
     if kind == "bias_extension" and values["height"] < 2.0 * values["width"]:
         section.fail(
@@ -255,6 +258,6 @@ def _check(
     if kind == "sled":
         by_area = "pressure" in values and "area" in values
         if ("normal" in values) + ("pressure" in values) == 0 or not (
-            by_area or "normal" in values and ("area" in values or "pressure" in values)
+            by_area or ("normal" in values and ("area" in values or "pressure" in values))
         ):
             section.fail("", "give two of 'normal' (force), 'pressure' and 'area'")

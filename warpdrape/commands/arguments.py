@@ -42,6 +42,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_picture(commands)
     _add_export(commands)
     _add_judge(commands)
+    _add_calibrate(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -177,6 +178,29 @@ def _add_judge(commands: Any) -> None:
         "or failure",
     )
     judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
+
+
+def _add_calibrate(commands: Any) -> None:
+    calibrate = _add(
+        commands,
+        "calibrate",
+        "make a fabric's card from raw tests, and lay its coupons over them",
+        "Exit status: 0 done, 2 the input cannot be used.",
+    )
+    calibrate.add_argument("tests", metavar="TESTS", help="a .toml file that names the raw tables")
+    calibrate.add_argument(
+        "--out",
+        metavar="FABRIC",
+        help="the card's .toml; pictures, residuals and report go to FABRIC_calibration beside it",
+    )
+    calibrate.add_argument("--dry", action="store_true", help="say what was understood, and stop")
+    calibrate.add_argument(
+        "--no-coupons", action="store_true", help="do not simulate the tests with the new card"
+    )
+    calibrate.add_argument(
+        "--draws", metavar="N", default="400", help="samples of the bootstrap; 400 if not given"
+    )
+    calibrate.add_argument("--overwrite", action="store_true", help="replace the card")
 
 
 def _add_export(commands: Any) -> None:
