@@ -50,8 +50,8 @@ def couple_per_area(angle: np.ndarray) -> np.ndarray:
 
 
 def write(path: Path, lines: list[str], encoding: str = "utf-8") -> None:
-    """Write lines with Windows line ends, as most machines do."""
-    path.write_bytes("\r\n".join([*lines, ""]).encode(encoding))
+    """Write lines in an encoding."""
+    path.write_bytes("\n".join([*lines, ""]).encode(encoding))
 
 
 def comma(value: float, digits: int = 4) -> str:
@@ -76,10 +76,17 @@ def picture_frames(folder: Path, rng: np.random.Generator) -> None:
     for number in range(1, 6):
         force = couple_per_area(angle) * SAMPLE**2 / FRAME * math.sqrt(2.0) / opening
         force = noisy(rng, specimen(rng) * force)
-        lines = [f'"Prüfer";"N. N."', f'"Probe";"{number}"', '"Prüfgeschwindigkeit";"20";"mm/min"', ""]
+        lines = [
+            '"Prüfer";"N. N."',
+            f'"Probe";"{number}"',
+            '"Prüfgeschwindigkeit";"20";"mm/min"',
+            "",
+        ]
         lines += ["Standardweg;Standardkraft;Prüfzeit", "mm;N;s"]
         travel = 1e3 * frame_travel(FRAME, angle)
-        lines += [f"{comma(d)};{comma(f)};{comma(3.0 * d, 2)}" for d, f in zip(travel, force)]
+        lines += [
+            f"{comma(d)};{comma(f)};{comma(3.0 * d, 2)}" for d, f in zip(travel, force, strict=True)
+        ]
         write(folder / f"frame_{number}.csv", lines, "cp1252")
 
 
@@ -92,7 +99,7 @@ def bias_extension(folder: Path, rng: np.random.Generator) -> None:
         force = (2 * HEIGHT - 3 * WIDTH) * couple_per_area(angle)
         force = noisy(rng, specimen(rng) * (force + WIDTH * couple_per_area(angle / 2)) / opening)
         travel = 1e3 * bias_travel(WIDTH, HEIGHT, angle)
-        lines += [f"B{number}\t{d:.4f}\t{1e-3 * f:.7f}" for d, f in zip(travel, force)]
+        lines += [f"B{number}\t{d:.4f}\t{1e-3 * f:.7f}" for d, f in zip(travel, force, strict=True)]
     write(folder / "bias.txt", lines)
 
 
@@ -108,7 +115,7 @@ def strips(folder: Path, rng: np.random.Generator) -> None:
             columns += [100 * strain, np.append(force[:-3], force[-4] * np.array([0.5, 0.2, 0.1]))]
             heads += [f"Strain {number} [%]", f"Force {number} [N]"]
         lines = [";".join(heads)]
-        lines += [";".join(f"{v:.5g}" for v in row) for row in zip(*columns)]
+        lines += [";".join(f"{v:.5g}" for v in row) for row in zip(*columns, strict=True)]
         write(folder / f"strip_{name}.csv", lines)
 
 
@@ -125,7 +132,7 @@ def biaxial(folder: Path, rng: np.random.Generator) -> None:
             lines = ["Warp strain [%],Weft strain [%],Warp force [kN],Weft force [kN]"]
             lines += [
                 f"{100 * e1:.4f},{100 * e2:.4f},{1e-3 * f1:.6f},{1e-3 * f2:.6f}"
-                for (e1, e2), (f1, f2) in zip(strains, force)
+                for (e1, e2), (f1, f2) in zip(strains, force, strict=True)
             ]
             write(folder / f"biaxial_{ratio}_{number}.csv", lines)
 
@@ -142,16 +149,22 @@ def cantilevers(folder: Path, rng: np.random.Generator) -> None:
 
 def loops(folder: Path, rng: np.random.Generator) -> None:
     """Kawabata's bending loops in his units, with a byte-order mark."""
-    way = np.concatenate([[0.0], *([np.linspace(a, b, 61)[1:] for a, b in ((0, 250), (250, -250), (-250, 0))])])
+    way = np.concatenate(
+        [[0.0], *([np.linspace(a, b, 61)[1:] for a, b in ((0, 250), (250, -250), (-250, 0))])]
+    )
     for name in ("warp", "weft"):
         moment, over = TRUTH["loop"][name]
         for number in (1, 2, 3, 4):
             curve = moment * (1 - np.exp(-np.abs(way) / over)) * np.sign(way) + 2e-4 * way
-            rubbed = TRUTH["loop_friction_n"][name] * friction_history(way, TRUTH["loop_friction_over"])
+            rubbed = TRUTH["loop_friction_n"][name] * friction_history(
+                way, TRUTH["loop_friction_over"]
+            )
             total = specimen(rng) * (curve + rubbed)
             total = total + NOISE * moment * rng.standard_normal(len(way))
             lines = ["K (1/cm); M (gf·cm/cm)"]
-            lines += [f"{1e-2 * k:.4f}; {m / 9.80665e-3:.5f}" for k, m in zip(way, total)]
+            lines += [
+                f"{1e-2 * k:.4f}; {m / 9.80665e-3:.5f}" for k, m in zip(way, total, strict=True)
+            ]
             write(folder / f"loop_{name}_{number}.csv", lines, "utf-8-sig")
 
 
@@ -172,7 +185,10 @@ def frictions(folder: Path, rng: np.random.Generator) -> None:
             value = base * (kpa / 10) ** by_pressure * specimen(rng)
             force = normal * value * np.minimum(travel / 2.0, 1.0 + 0.2 * np.exp(-travel / 3.0))
             lines = ["Displacement mm;Force N"]
-            lines += [f"{comma(d, 3)};{comma(f, 3)}" for d, f in zip(travel, noisy(rng, force))]
+            lines += [
+                f"{comma(d, 3)};{comma(f, 3)}"
+                for d, f in zip(travel, noisy(rng, force), strict=True)
+            ]
             write(folder / f"sled_{kpa}kPa_{number}.csv", lines)
 
 
@@ -186,7 +202,7 @@ def plates(folder: Path, rng: np.random.Generator) -> None:
         force = pressure * 2.5e-3
         gap = thickness * (1 + 0.1 * NOISE * rng.standard_normal(80)) - 2e-9 * force
         lines = ["Gap [mm];Load [N]"]
-        lines += [f"{comma(1e3 * g, 5)};{comma(f, 3)}" for g, f in zip(gap, force)]
+        lines += [f"{comma(1e3 * g, 5)};{comma(f, 3)}" for g, f in zip(gap, force, strict=True)]
         write(folder / f"plates_{number}.csv", lines)
 
 

@@ -102,6 +102,14 @@ def _shear(plan: Plan, fits: Fits) -> Tables:
 def _tension(plan: Plan, fits: Fits) -> Tables:
     found: Tables = {}
     tests = plan.of("uniaxial_tension", "biaxial_tension")
+    for family, band in fits.failure.items():
+        own = [t for t in plan.of("uniaxial_tension") if t.values["family"] == family]
+        found[f"failure_strain_{family}"] = quantity(
+            100 * band.value[0],
+            "%",
+            source_of(own),
+            f"strain at the largest force, crimp and slack in it; {band_words(band)}",
+        )
     if fits.linear:
         law: Tables = {"law": "linear"}
         for family, fit in fits.linear.items():
@@ -112,13 +120,6 @@ def _tension(plan: Plan, fits: Fits) -> Tables:
                 f"law leaves out; data end at {100 * fit.end:.3g} %"
             )
             law[family] = quantity(fit.stiffness.value[0], "N", source_of(own), doubt)
-            if fit.failure is not None:
-                found[f"failure_strain_{family}"] = quantity(
-                    100 * fit.failure.value[0],
-                    "%",
-                    source_of(own),
-                    f"strain at the largest force; {band_words(fit.failure)}",
-                )
         found["tension"] = law
     if fits.crimp is not None:
         source = source_of(tests)

@@ -29,6 +29,7 @@ from warpdrape.calibration.tension import (
     LinearFit,
     YarnCurve,
     fit_crimp,
+    fit_failure,
     fit_linear,
     yarn_curve,
 )
@@ -52,6 +53,7 @@ class Fits:
         disagreements: between kinds of shear test.
         strips: uniaxial tension curves.
         linear: family → its yarns' stiffness.
+        failure: family → strain at which its strips failed.
         biaxial: what biaxial tests measured.
         crimp: crimps [-] and stiffnesses [N] of crimp interchange, where asked for.
         table: tensions over both strains, where asked for.
@@ -68,6 +70,7 @@ class Fits:
     disagreements: tuple[Disagreement, ...] = ()
     strips: tuple[YarnCurve, ...] = ()
     linear: Mapping[str, LinearFit] = field(default_factory=dict)
+    failure: Mapping[str, Band] = field(default_factory=dict)
     biaxial: tuple[BiaxialPoints, ...] = ()
     crimp: Band | None = None
     table: TableFit | None = None
@@ -161,7 +164,9 @@ def _tension(plan: Plan, cloth: Fabric, draws: int) -> dict:
             biaxial.append(BiaxialPoints(test.name, s.name, strains, tensions))
     if not strips and not biaxial:
         return {}
-    found: dict = {"strips": tuple(strips), "biaxial": tuple(biaxial)}
+    failed = {f: fit_failure([c for c in strips if c.family == f], draws) for f in FAMILIES}
+    failure = {family: band for family, band in failed.items() if band is not None}
+    found: dict = {"strips": tuple(strips), "failure": failure, "biaxial": tuple(biaxial)}
     if law == "linear":
         by_family = {f: [c for c in strips if c.family == f] for f in FAMILIES}
         missing = [f for f in FAMILIES if not by_family[f]]

@@ -102,7 +102,8 @@ class FrictionFit:
         bands: the same → coefficient at each level, the others at their reference.
         reference: the same → the level at which the others were read.
         coefficient: at all references [-].
-        apart: largest error of the product of factors over what a condition shows [-].
+        apart: largest error of the product of factors over what a condition shows [-]; None where
+            conditions are too few to tell.
         static: mean static over kinetic coefficient [-]; None where not recorded.
         readings: what it was fitted to.
     """
@@ -111,7 +112,7 @@ class FrictionFit:
     bands: dict[str, Band]
     reference: dict[str, float]
     coefficient: Band
-    apart: float
+    apart: float | None
     static: float | None
     readings: tuple[Reading, ...]
 
@@ -131,7 +132,7 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
     Raises:
         InputError: the conditions do not tell their effects apart.
     """
-    found = sorted(found, key=lambda r: r.test)
+    found = sorted(found, key=lambda r: (r.test, r.pressure, r.speed))
     columns, names, levels, which = [np.ones(len(found))], [], {}, {}
     reference: dict[str, float] = {}
     for name in ("pressure", "speed", "yarns"):
@@ -153,8 +154,8 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
             "told apart: add tests that change one alone, against the same other conditions"
         )
     logs = np.log([r.kinetic for r in found])
-    tests = [r.test for r in found]
-    groups = [tests.count(t) for t in dict.fromkeys(tests)]
+    conditions = [(r.test, *(int(which[n][i]) for n in levels)) for i, r in enumerate(found)]
+    groups = [conditions.count(c) for c in dict.fromkeys(conditions)]
 
     def solve(counts: np.ndarray) -> np.ndarray:
         root = np.sqrt(counts)[:, None]
@@ -187,7 +188,7 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
         bands,
         reference,
         part([0]),
-        float(max(off)),
+        float(max(off)) if len(cells) > rows.shape[1] else None,
         float(np.mean(statics)) if statics else None,
         tuple(found),
     )

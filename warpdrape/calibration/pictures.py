@@ -11,6 +11,7 @@ import numpy as np
 from warpdrape.calibration.bands import LEVEL
 from warpdrape.calibration.coupons import CouponRun
 from warpdrape.calibration.fits import SHEAR, Fits
+from warpdrape.calibration.friction_picture import draw_friction
 from warpdrape.calibration.normalisation import normalised_force
 from warpdrape.calibration.predictions import Prediction
 from warpdrape.calibration.report import coupon_of
@@ -31,7 +32,7 @@ _UNITS = {
 def draw_tests(
     plan: Plan, fits: Fits, found: Sequence[Prediction], coupons: Sequence[CouponRun], folder: Path
 ) -> list[Path]:
-    """Draw every test that the card can be laid over.
+    """Draw every test that the card can be laid over; tests of one interface together.
 
     Args:
         plan: the tests.
@@ -43,7 +44,7 @@ def draw_tests(
     paths = []
     for test in plan.tests:
         own = [each for each in found if each.test == test.name]
-        if not own:
+        if not own or "against" in test.values:
             continue
         groups = list(dict.fromkeys((each.over, each.what) for each in own))
         second = test.kind in SHEAR
@@ -59,12 +60,15 @@ def draw_tests(
         path = folder / f"{test.name}.png"
         write_whole(path, figure.savefig)
         paths.append(path)
+    for face, fit in fits.friction.items():
+        paths.append(folder / f"friction_{face}.png")
+        write_whole(paths[-1], draw_friction(face, fit).savefig)
     return paths
 
 
 def _readings(test: Test) -> bool:
     """Whether its values are single readings, no curves."""
-    return test.kind in ("cantilever", "sled", "friction_table")
+    return test.kind == "cantilever"
 
 
 def _label(text: str) -> tuple[float, str]:
@@ -100,7 +104,7 @@ def _draw(axes, own: Sequence[Prediction], coupon: CouponRun | None, readings: b
                 ms=7,
                 label="coupon, simulated",
             )
-    if own[0].over.startswith("pressure") and not readings:
+    if own[0].over.startswith("pressure"):
         axes.set_xscale("log")
     if readings:
         axes.set_ylim(bottom=0.0)

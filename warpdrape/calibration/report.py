@@ -67,8 +67,8 @@ def law_lines(fits: Fits) -> list[str]:
             f"{family} yarns: {fit.stiffness.words('kN', 1e-3)}, from a strain of "
             f"{fit.start.words('%', 100.0)}"
         )
-        if fit.failure is not None:
-            lines.append(f"  failure strain {fit.failure.words('%', 100.0)}")
+    for family, band in fits.failure.items():
+        lines.append(f"{family} yarns fail at a strain of {band.words('%', 100.0)}")
     if fits.crimp is not None:
         names = ("crimp of warp", "crimp of weft", "warp yarns", "weft yarns")
         for k, name in enumerate(names):
@@ -106,8 +106,12 @@ def law_lines(fits: Fits) -> list[str]:
                 for level, value in zip(fit.levels[name], band.value, strict=True)
             )
             lines.append(f"  by {name}: {shown}")
-        if len(fit.bands) > 1:
+        if fit.apart is not None:
             lines.append(f"  factors multiply within {100 * fit.apart:.2g} % of every condition")
+        elif len(fit.bands) > 1:
+            lines.append(
+                "  no test changes two conditions at once: that factors multiply is assumed"
+            )
         if fit.static is not None:
             lines.append(f"  static over kinetic: {fit.static:.3g}")
     if fits.compaction is not None:

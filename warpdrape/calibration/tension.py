@@ -63,14 +63,12 @@ class LinearFit:
         family: of the yarns.
         stiffness: K [N per unit strain].
         start: ε0, where the line meets no tension: crimp, and slack that was not taken off [-].
-        failure: strain of failure; None where fewer than half of the strips failed.
         end: largest strain of the data [-].
     """
 
     family: str
     stiffness: Band
     start: Band
-    failure: Band | None
     end: float
 
 
@@ -97,12 +95,16 @@ def fit_linear(curves: Sequence[YarnCurve], draws: int = 400) -> LinearFit:
         )
         for i in range(2)
     ]
-    failed = np.array([c.failed_at for c in curves if c.failed_at is not None])
-    failure = None
-    if 2 * len(failed) >= len(curves):
-        failure = bootstrap([len(failed)], lambda c: c @ failed / c.sum(), draws=draws)
     end = float(np.median([c.strain[-1] for c in curves]))
-    return LinearFit(curves[0].family, *split, failure, end)
+    return LinearFit(curves[0].family, *split, end)
+
+
+def fit_failure(curves: Sequence[YarnCurve], draws: int = 400) -> Band | None:
+    """Mean strain at the largest force of strips that failed; None where fewer than half did."""
+    failed = np.array([c.failed_at for c in curves if c.failed_at is not None])
+    if 2 * len(failed) < len(curves) or not len(failed):
+        return None
+    return bootstrap([len(failed)], lambda c: c @ failed / c.sum(), draws=draws)
 
 
 def _line(curve: YarnCurve) -> tuple[float, float]:
