@@ -50,6 +50,8 @@ def lab_factor(quantity: str, unit: str) -> float | None:
     if found is not None:
         return found
     alike = {f for u, f in _all(quantity).items() if u.lower() == unit.lower()}
+    if unit[:1] in "mM" and unit[1:]:  # milli or mega: not to be guessed
+        alike = {f for u, f in _all(quantity).items() if u[:1] == unit[:1]} & alike
     return alike.pop() if len(alike) == 1 else None
 
 

@@ -15,8 +15,9 @@ TERMS = 4
 """Of γ, γ³, γ⁵, γ⁷: as many as a card takes."""
 UP_TO = math.radians(80.0)
 """Shear angle up to which the polynomial must not fall, data or not [rad]."""
-LEAST_START = 1e-3
-"""Slope at 0° over the mean slope of the data, at least: a card refuses none [-]."""
+LEAST_SLOPE = 1e-2
+"""Slope anywhere over the mean slope of the data, at least: room between the angles at which it is
+held, and what a card wants at 0° [-]."""
 
 
 def fit_polynomial(fit: ShearFit, draws: int = 100) -> tuple[Band, float]:
@@ -83,11 +84,11 @@ def _rising(squares: LeastSquares, counts: np.ndarray, end: float, largest: floa
         constraints=[
             {
                 "type": "ineq",
-                "fun": lambda c: (slopes @ c) / size,
+                "fun": lambda c: (slopes @ c - LEAST_SLOPE) / size,
                 "jac": lambda c: slopes / size[:, None],
             }
         ],
-        bounds=[(LEAST_START, None)] + [(None, None)] * (TERMS - 1),
+        bounds=[(LEAST_SLOPE, None)] + [(None, None)] * (TERMS - 1),
         method="SLSQP",
         options={"maxiter": 400, "ftol": 1e-13},
     )

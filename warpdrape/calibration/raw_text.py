@@ -126,6 +126,7 @@ def _delimiter(lines: list[str]) -> str:
     """The one that cuts most lines into one and the same number of cells, most of them numbers."""
     sample = lines[-400:]
     best, score = "\n", ONE_COLUMN
+    digits = any(ch.isdigit() for line in sample for ch in line)
     for delimiter in (*DELIMITERS, " "):
         cut = [_cells(line, delimiter) for line in sample]
         counts = Counter(len(cells) for cells in cut if len(cells) > 1)
@@ -133,7 +134,9 @@ def _delimiter(lines: list[str]) -> str:
             continue
         cells = [cell for each in cut for cell in each if cell]
         numbers = sum(any(read_number(c, d) is not None for d in ".,") for c in cells)
-        rank = counts.most_common(1)[0][1] / len(sample) * numbers / max(len(cells), 1)
+        rank = counts.most_common(1)[0][1] / len(sample)
+        if digits:
+            rank *= numbers / max(len(cells), 1)
         if rank > score + 1e-9:
             best, score = delimiter, rank
     return best
