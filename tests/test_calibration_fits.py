@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize
 from scipy.stats import t as student
 
 from warpdrape.calibration.bands import Band, bootstrap
 from warpdrape.calibration.bending import fit_cantilever, fit_loops
 from warpdrape.calibration.biaxial_table import fit_table
+from warpdrape.calibration.bounded import bounded_least_squares
 from warpdrape.calibration.compaction import fit_compaction, pressed
 from warpdrape.calibration.friction import Reading, fit_friction, readings
 from warpdrape.calibration.hysteresis import first_loading, friction_history, loop_width
@@ -231,6 +233,26 @@ def test_rising_curves_rise_whatever_the_data():
         noise = rng.standard_normal(300).cumsum()
         coefficients = LeastSquares.of([(rows, noise, np.ones(300))]).fit(np.ones(1))
         assert (np.diff(fine @ coefficients) >= -1e-12).all()
+
+
+def test_bounded_least_squares_is_another_optimisers():
+    """scipy's SLSQP from the unbounded minimum; bounds that hold some variables and not others."""
+    rng = np.random.default_rng(6)
+    for _ in range(5):
+        rows = rng.standard_normal((12, 5))
+        product, side = rows.T @ rows, rng.standard_normal(5)
+        bounds, least = rng.standard_normal((8, 5)), rng.uniform(-0.5, 0.1, 8)
+        exact = minimize(
+            lambda c, p=product, s=side: 0.5 * c @ p @ c - s @ c,
+            np.linalg.solve(product, side),
+            constraints={"type": "ineq", "fun": lambda c, b=bounds, g=least: b @ c - g},
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 500},
+        )
+        found = bounded_least_squares(product, side, bounds, least)
+        assert exact.success and (bounds @ found - least).min() > -1e-9
+        assert (bounds @ np.linalg.solve(product, side) < least).any()
+        np.testing.assert_allclose(found, exact.x, atol=1e-5)
 
 
 def pulled(kind, columns, **options):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
+    from warpdrape.materials.friction_file import load_friction
     from warpdrape.numerics import Numerics
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
@@ -53,6 +54,7 @@ __all__ = [
     "Tool",
     "WantedDirection",
     "lay_up",
+    "load_friction",
     "read_run",
     "stack_top",
     "units",
@@ -82,6 +84,7 @@ _HOME = {
     "Tool": "tools.tool",
     "WantedDirection": "defects.alignment",
     "lay_up": "blanks.ply",
+    "load_friction": "materials.friction_file",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",
 }

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.optimize import minimize
 
 from warpdrape.calibration.bands import Band, bootstrap
+from warpdrape.calibration.bounded import bounded_least_squares
 from warpdrape.calibration.tension import BiaxialPoints
 
 INTERVALS = 5
@@ -130,26 +130,6 @@ def _roughness() -> np.ndarray:
 
 
 def _rising(product: np.ndarray, side: np.ndarray, steeper: np.ndarray) -> np.ndarray:
-    """Least squares; under slopes that are nowhere negative if they would be."""
-    free = np.linalg.solve(product + 1e-12 * np.trace(product) * np.eye(len(side)), side)
-    size = np.linalg.norm(steeper, axis=1)
-    if (steeper @ free >= -1e-9 * size * np.linalg.norm(free)).all():
-        return free
-    scale = float(np.abs(free).max())
-    product, side = product * scale**2, side * scale
-    level = float(np.trace(product))
-    found = minimize(
-        lambda c: (0.5 * c @ product @ c - side @ c) / level,
-        free / scale,
-        jac=lambda c: (product @ c - side) / level,
-        constraints=[
-            {
-                "type": "ineq",
-                "fun": lambda c: (steeper @ c) / size,
-                "jac": lambda c: steeper / size[:, None],
-            }
-        ],
-        method="SLSQP",
-        options={"maxiter": 200, "ftol": 1e-14},
-    )
-    return found.x * scale
+    """Least squares under slopes that are nowhere negative."""
+    product = product + 1e-12 * np.trace(product) * np.eye(len(side))
+    return bounded_least_squares(product, side, steeper)

@@ -77,7 +77,7 @@ class LeastSquares:
         """From (rows [n, size], values [n], errors expected [n]) of each specimen, weighing one."""
         products, sides, squares = [], [], []
         for rows, values, errors in parts:
-            weight = 1.0 / (errors**2 * len(values))
+            weight = 1.0 / (errors**2 * max(len(values), 1))
             products.append(rows.T @ (weight[:, None] * rows))
             sides.append(rows.T @ (weight * values))
             squares.append(float(weight @ values**2))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import minimize
 
 from warpdrape.calibration.bands import Band, bootstrap
+from warpdrape.calibration.bounded import bounded_least_squares
 from warpdrape.calibration.monotone import FLOOR, LeastSquares
 from warpdrape.calibration.shear import ShearFit, ShearSpecimen, group_sizes
 
@@ -23,7 +23,7 @@ held, and what a card wants at 0° [-]."""
 def fit_polynomial(fit: ShearFit, draws: int = 100) -> tuple[Band, float]:
     """Coefficients of C = Σ c_i γ^(2i+1) [N/m], fitted to what the specimens say.
 
-    The slope is held above zero up to ``UP_TO``; sequential quadratic programming.
+    The slope is held above zero up to ``UP_TO``.
 
     Args:
         fit: the free curve fitted before: its range, and errors in proportion to it.
@@ -76,20 +76,5 @@ def _rising(squares: LeastSquares, counts: np.ndarray, end: float, largest: floa
     at = np.linspace(0.0, UP_TO / end, 121)
     order = np.arange(1, 2 * TERMS, 2)
     slopes = order * at[:, None] ** (order - 1)
-    size = 1.0 + slopes.max(axis=1)
-    found = minimize(
-        lambda c: 0.5 * c @ product @ c - side @ c,
-        np.array([1.0, 0.0, 0.0, 0.0]),
-        jac=lambda c: product @ c - side,
-        constraints=[
-            {
-                "type": "ineq",
-                "fun": lambda c: (slopes @ c - LEAST_SLOPE) / size,
-                "jac": lambda c: slopes / size[:, None],
-            }
-        ],
-        bounds=[(LEAST_SLOPE, None)] + [(None, None)] * (TERMS - 1),
-        method="SLSQP",
-        options={"maxiter": 400, "ftol": 1e-13},
-    )
-    return found.x * largest
+    product = product + 1e-13 * np.eye(TERMS)
+    return bounded_least_squares(product, side, slopes, LEAST_SLOPE) * largest

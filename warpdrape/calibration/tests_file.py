@@ -6,6 +6,7 @@ import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from glob import glob
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -228,7 +229,9 @@ def _files(section: Section, folder: Path) -> list[Path]:
     for name in given:
         if not isinstance(name, str) or not name:
             section.fail("files", f"{name!r} must be the name of a file")
-        matched = sorted(folder.glob(name)) if any(ch in name for ch in "*?[") else [folder / name]
+        matched = [folder / name]
+        if any(ch in name for ch in "*?["):
+            matched = sorted(map(Path, glob(os.fspath(folder / name))))
         if not matched:
             section.fail("files", f"{name!r} matches no file in {folder}")
         for path in matched:
