@@ -195,6 +195,68 @@ def test_table_of_tensions_and_linear_bending_of_the_example(tmp_path):
     assert max(abs(r["rms_error"]) for r in worst) < 0.08
 
 
+def test_linear_yarns_of_the_example(tmp_path):
+    text = (EXAMPLE / "tests.toml").read_text(encoding="utf-8")
+    text = text.replace('tension = "crimp"', 'tension = "linear"').replace(
+        "raw/", f"{EXAMPLE}/raw/"
+    )
+    path = tmp_path / "tests.toml"
+    path.write_text(text, encoding="utf-8")
+    found = calibrate(read_plan(path), draws=20, coupons=False)
+    law = found.fabric.tension
+    assert isinstance(law, LinearTension)
+    # T = EA ((1 + ε)/(1 + c) − 1): slope EA/(1 + c); five strips: 2.2 % of error, three times that
+    for family, number in (("warp", 0), ("weft", 1)):
+        exact = TRUTH["yarn_n"][number] / (1 + TRUTH["crimp"][number])
+        assert getattr(law, family) == pytest.approx(exact, rel=0.07)
+        start = found.fits.linear[family].start.value[0]
+        assert start == pytest.approx(TRUTH["crimp"][number], rel=0.1)
+    assert "which the law leaves out" in found.fabric.sources["tension.warp"].doubt
+    strips = [r["rms_error"] for r in found.rows if str(r["test"]).startswith("strip")]
+    assert len(strips) == 10 and max(strips) < 0.08
+
+
+def test_kawabata_shear_makes_a_card_to_8_degrees(tmp_path):
+    angle = np.concatenate([np.linspace(0, 8, 60), np.linspace(8, -8, 120), np.linspace(-8, 0, 60)])
+    for k, factor in enumerate((0.95, 1.0, 1.05)):
+        force = factor * (0.8 * angle + 1.5 * np.sign(np.gradient(angle)) * (np.abs(angle) > 0))
+        rows = [f"{a:.4f},{f:.5f}" for a, f in zip(angle, force, strict=True)]
+        text = "\n".join(["shear angle [°],shear force [gf/cm]", *rows])
+        (tmp_path / f"k_{k}.csv").write_text(text, encoding="utf-8")
+    path = tmp_path / "tests.toml"
+    path.write_text(
+        'base = "carbon_interlock"\n[laws]\nshear_offset = "remove"\n'
+        '[tests.k]\nkind = "shear_loop"\nfiles = ["k_*.csv"]\n'
+    )
+    found = calibrate(read_plan(path), draws=20, coupons=False)
+    at = np.radians(np.array([2.0, 4.0, 7.0]))
+    unit = 9.80665e-3 * 100  # gf/cm
+    exact = 0.8 * np.degrees(at) * unit * np.cos(at)
+    np.testing.assert_allclose(couple_per_area(found.fabric, at), exact, rtol=0.03)
+    assert found.fits.shear.offset.value[0] == pytest.approx(1.5 * unit, rel=0.05)
+    assert math.degrees(found.fabric.shear.angles[-1]) == pytest.approx(8.0, abs=0.2)
+    assert "the tests show a couple at 0°" in found.report()
+
+
+@pytest.mark.slow
+def test_coupons_of_the_example(tmp_path):
+    """Linear bending, so that cantilevers are simulated too."""
+    text = (EXAMPLE / "tests.toml").read_text(encoding="utf-8").replace("raw/", f"{EXAMPLE}/raw/")
+    path = tmp_path / "tests.toml"
+    path.write_text(text.replace('bending = "curve"', 'bending = "linear"'), encoding="utf-8")
+    found = calibrate(read_plan(path), draws=40)
+    runs = {c.test: c for c in found.coupons}
+    assert not [c.wrong for c in found.coupons if c.wrong]
+    assert {"frame", "bias", "biaxial_1to1, warp", "cantilever_warp", "cantilever_weft"} <= set(
+        runs
+    )
+    rows = {(r["test"], r["specimen"]): r for r in found.rows}
+    assert abs(rows["frame", "frame_1"]["coupon_rms_error"]) < 0.04
+    assert abs(rows["biaxial_1to1", "biaxial_1to1_1, warp"]["coupon_rms_error"]) < 0.04
+    # the simulated strip bends by in-plane and coarse terms too
+    assert runs["cantilever_warp"].values[0] == pytest.approx(found.fabric.bending.warp, rel=0.05)
+
+
 def test_coupons_lie_on_their_closed_form(frames, tmp_path):
     """A coarse picture frame run with the new card: within 2 % of it once inertia has gone."""
     plan = read_plan(frames())

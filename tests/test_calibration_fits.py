@@ -1,6 +1,7 @@
 """Fits of laws to tests whose laws are known, and bands whose coverage is counted."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from warpdrape.calibration.normalisation import bias_rows, couple_by_steps, fram
 from warpdrape.calibration.polynomial import fit_polynomial, powers
 from warpdrape.calibration.preparation import in_bins, loading_curve
 from warpdrape.calibration.raw_table import Specimen
-from warpdrape.calibration.shear import ShearSpecimen, disagreements, fit_shear
+from warpdrape.calibration.shear import ShearSpecimen, alone, disagreements, fit_shear
 from warpdrape.calibration.tension import (
     BiaxialPoints,
     YarnCurve,
@@ -131,7 +132,7 @@ def coverage(draws, seed, makers):
         found = []
         for make in makers:
             found += make(np.exp(0.05 * rng.standard_normal(5)), angle, 0.05, rng)
-        fit = fit_shear(found, draws=120)
+        fit = fit_shear([alone(s) for s in found] if len(makers) > 1 else found, draws=120)
         at = fit.angles >= math.radians(5.0)
         true = couple(fit.angles[at])
         hits.append((fit.band.low[at] <= true) & (true <= fit.band.high[at]))
@@ -157,6 +158,31 @@ def test_band_of_a_mean_is_students():
     assert band.value[0] == pytest.approx(values.mean())
     # 4000 draws tell a standard error within 3 %
     assert 0.5 * (band.high[0] - band.low[0]) == pytest.approx(half, rel=0.03)
+
+
+def test_single_specimens_are_drawn_together():
+    """Six tests of one specimen have the band of one test of six; a lone one joins another."""
+    values = np.random.default_rng(1).normal(10.0, 1.0, 6)
+
+    def mean(counts):
+        return counts @ values / counts.sum()
+
+    one, six = bootstrap([6], mean), bootstrap([1] * 6, mean)
+    assert (one.low, one.high) == (six.low, six.high) and six.specimens == 6
+    assert bootstrap([5, 1], mean).specimens == 6
+    assert not bootstrap([5, 1], mean, pool=False).told
+
+
+def test_weights_of_tests():
+    """Kinds that disagree: 0.9 and 1.2 times the law, weighing 1 and 2, make 1.1 times the law."""
+    angle = np.linspace(0.0, END, 150)
+    light = frames([0.9] * 3, angle)
+    heavy = [alone(replace(s, weight=2.0)) for s in strips([1.2] * 3, angle)]
+    at = np.radians(np.arange(10.0, 54.0, 4.0))
+    ratio = fit_shear(light + heavy, draws=20).couple(at) / couple(at)
+    np.testing.assert_allclose(ratio, 1.1, atol=0.01)
+    even = fit_shear(light + [replace(s, weight=1.0) for s in heavy], draws=20).couple(at)
+    assert (even < 0.985 * ratio * couple(at)).all()
 
 
 def test_one_specimen_has_no_band():

@@ -53,6 +53,7 @@ def bootstrap(
     weights: np.ndarray | None = None,
     draws: int = DRAWS,
     positive: bool = True,
+    pool: bool = True,
 ) -> Band:
     """Band of an estimate over specimens: ± t √(n/(n − 1)) times the bootstrap's standard error.
 
@@ -66,17 +67,22 @@ def bootstrap(
         weights: of the specimens in a fit; all alike if None.
         draws: how many.
         positive: cut the band off at zero.
+        pool: draw the specimens of tests that have only one together, with those of another test
+            where it is a single one; if not, such tests have no band.
     """
     total = sum(groups)
     weights = np.ones(total) if weights is None else np.asarray(weights, dtype=float)
     value = np.atleast_1d(np.asarray(estimate(weights), dtype=float))
-    fewest = min((n for n in groups if n > 1), default=1)
+    strata = _strata(groups) if pool else _apart(groups)
+    fewest = min(map(len, strata))
     if fewest < 2:
         return Band(value, value, value, 1, False)
     rng = np.random.default_rng(SEED)
     found = []
     for _ in range(draws):
-        counts = np.concatenate([rng.multinomial(n, np.full(n, 1.0 / n)) for n in groups])
+        counts = np.zeros(total)
+        for own in strata:
+            counts[own] = rng.multinomial(len(own), np.full(len(own), 1.0 / len(own)))
         found.append(np.atleast_1d(estimate(weights * counts)))
     error = np.std(np.array(found), axis=0, ddof=1)
     wide = float(student.ppf(0.5 + 0.5 * LEVEL, fewest - 1)) * math.sqrt(fewest / (fewest - 1))
@@ -84,3 +90,20 @@ def bootstrap(
     if positive:
         low = np.maximum(low, np.minimum(value, 0.0))
     return Band(value, low, high, fewest, True)
+
+
+def _apart(groups: Sequence[int]) -> list[np.ndarray]:
+    """Indices of each test's specimens."""
+    return np.split(np.arange(sum(groups)), np.cumsum(groups)[:-1])
+
+
+def _strata(groups: Sequence[int]) -> list[np.ndarray]:
+    """The same, single ones together; a lone one joins the smallest other test."""
+    parts = _apart(groups)
+    many = sorted((p for p in parts if len(p) > 1), key=len)
+    single = [p for p in parts if len(p) == 1]
+    if len(single) == 1 and many:
+        many[0] = np.concatenate([many[0], single[0]])
+    elif single:
+        many.append(np.concatenate(single))
+    return many

@@ -20,6 +20,7 @@ from warpdrape.calibration.shear import (
     Disagreement,
     ShearFit,
     ShearSpecimen,
+    alone,
     disagreements,
     fit_shear,
     shear_specimens,
@@ -135,7 +136,8 @@ def _shear(plan: Plan, draws: int) -> dict:
         raise InputError(f"{plan.file}: shear_from = {plan.laws['shear_from']!r} has no test")
     kinds = {s.kind for s in specimens}
     one = len(kinds) == 1
-    shear = apart[kinds.pop()] if one else fit_shear(specimens, keep_offset=keep, draws=draws)
+    together = [alone(s) for s in specimens]
+    shear = apart[kinds.pop()] if one else fit_shear(together, keep_offset=keep, draws=draws)
     polynomial = None
     if plan.laws["shear"] == "polynomial":
         polynomial = fit_polynomial(shear, max(20, draws // 4))

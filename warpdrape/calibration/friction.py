@@ -162,7 +162,7 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
         fitted = np.linalg.lstsq(root * rows, root[:, 0] * logs, rcond=None)[0]
         return np.exp(np.concatenate([fitted[:1], fitted[0] + fitted[1:]]))
 
-    band = bootstrap(groups, solve, draws=draws)
+    band = bootstrap(groups, solve, draws=draws, pool=False)
 
     def part(index: list[int]) -> Band:
         return Band(band.value[index], band.low[index], band.high[index], band.specimens, band.told)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from warpdrape.errors import InputError
 
 STEP = math.radians(2.5)
 """Between the angles of a table, at most."""
+START = 0.05
+"""Share of the data's range below which a couple says nothing of an offset [-]."""
 FINE = 181
 """Angles on which a locking angle is sought."""
 NARROW = math.radians(4.0)
@@ -128,12 +130,10 @@ def fit_shear(
     end = float(max(np.median(each) for each in ends.values()))
     intervals = int(np.clip(end / NARROW, 2, INTERVALS))
     basis = RisingBasis(end, intervals)
-    with_offset = [_rows(basis, s, True) for s in specimens]
-    without = [_rows(basis, s, False) for s in specimens]
     groups = group_sizes(specimens)
     weights = np.array([s.weight for s in specimens])
-    offset_fit = _squares(specimens, with_offset, weights)
-    squares = _squares(specimens, without, weights)
+    offset_fit = _squares([_past_start(s, basis.end) for s in specimens], basis, weights, True)
+    squares = _squares(specimens, basis, weights, False)
     angles = np.linspace(0.0, end, max(4, math.ceil(end / STEP - 1e-9) + 1))
     at = basis.rows(angles)
     fine = np.linspace(0.0, end, FINE)
@@ -158,6 +158,29 @@ def fit_shear(
     )
 
 
+def alone(specimen: ShearSpecimen) -> ShearSpecimen:
+    """A specimen that says C(γ) itself, C(γ/2) by a curve of its own taken off.
+
+    Kinds of test that disagree cannot share one C(γ/2): what is too much at an angle would be made
+    up for at twice the angle, and so on.
+    """
+    if not specimen.share.any():
+        return specimen
+    end = float(specimen.angle[-1])
+    basis = RisingBasis(end, int(np.clip(end / NARROW, 2, INTERVALS)))
+    fit = _squares([specimen], basis, np.ones(1), True).fit(np.ones(1))
+    half = np.column_stack([basis.rows(specimen.angle / 2), np.ones(len(specimen.angle))]) @ fit
+    couple = specimen.said - specimen.share * half
+    return replace(specimen, said=couple, share=np.zeros_like(specimen.share))
+
+
+def _past_start(specimen: ShearSpecimen, end: float) -> ShearSpecimen:
+    """Without the first rise, which an offset is extrapolated over."""
+    kept = specimen.angle >= START * end
+    cut = {name: getattr(specimen, name)[kept] for name in ("angle", "said", "share")}
+    return replace(specimen, **cut)
+
+
 def group_sizes(specimens: Sequence[ShearSpecimen]) -> list[int]:
     """Number of specimens of each test, in order."""
     names = [s.test for s in specimens]
@@ -173,9 +196,10 @@ def _rows(basis: RisingBasis, specimen: ShearSpecimen, offset: bool) -> np.ndarr
 
 
 def _squares(
-    specimens: Sequence[ShearSpecimen], rows: list[np.ndarray], weights: np.ndarray
+    specimens: Sequence[ShearSpecimen], basis: RisingBasis, weights: np.ndarray, offset: bool
 ) -> LeastSquares:
     """Sums of squares whose errors are shares of a first fit with even ones."""
+    rows = [_rows(basis, s, offset) for s in specimens]
     said = [s.said[: len(r)] for s, r in zip(specimens, rows, strict=True)]
     largest = max(float(np.abs(v).max(initial=0.0)) for v in said)
     if largest <= 0.0:
