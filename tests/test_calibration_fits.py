@@ -20,6 +20,7 @@ from warpdrape.calibration.locking import locking_angle
 from warpdrape.calibration.monotone import LeastSquares, RisingBasis
 from warpdrape.calibration.normalisation import bias_rows, couple_by_steps, frame_rows, loop_rows
 from warpdrape.calibration.polynomial import fit_polynomial, powers
+from warpdrape.calibration.predictions import Prediction
 from warpdrape.calibration.preparation import in_bins, loading_curve
 from warpdrape.calibration.raw_table import Specimen
 from warpdrape.calibration.shear import ShearSpecimen, alone, disagreements, fit_shear
@@ -230,6 +231,9 @@ def test_locking_angle_is_where_the_lines_meet():
     assert at == pytest.approx(0.7, abs=1e-9)
     assert steeper == pytest.approx(20.0)
     assert locking_angle(angle, angle)[1] == pytest.approx(1.0)
+    # steep at first, as where friction sets in: the flat part is the one after
+    steep_first = 5.0 * np.minimum(angle, 0.2) + bent
+    assert locking_angle(angle, steep_first)[0] == pytest.approx(0.7, abs=1e-9)
 
 
 def test_polynomial_is_the_law_and_never_falls():
@@ -394,6 +398,22 @@ def test_table_of_tensions_has_the_laws_of_its_points():
     assert fit_table(biaxial([(1, 1)]), (2.04e-3, 2e-3), draws=2).beyond.sum() > 15
 
 
+def test_tables_of_tension_do_not_fall_whatever_the_data():
+    points = biaxial([(1, 1), (1, 0.5), (0.5, 1)])
+    falling = [replace(p, tensions=p.tensions * (1.5 - 100 * p.strains)) for p in points]
+    assert np.diff(falling[0].tensions[:, 0]).min() < -1.0
+    fit = fit_table(falling, (2.04e-3, 2e-3), draws=2)
+    for family in range(2):
+        own = np.diff(fit.table(family), axis=family)
+        assert own.min() > -1e-6 * fit.table(family).max()
+
+
+def test_errors_count_within_the_cards_data_only():
+    at = np.arange(5.0)
+    each = Prediction("t", "s", at, 2.0 * at, 2.0 * at + np.where(at > 3, 8.0, 0.8), "", "", 3.0)
+    np.testing.assert_allclose(each.errors, np.full(4, 0.1))
+
+
 def test_linear_yarns_and_failure():
     strain = np.linspace(0.0, 0.02, 100)
     curves = [
@@ -512,8 +532,8 @@ def test_compaction_power_law_and_table():
     solid, a, b = 0.6 / 2550.0, 0.23, 0.07
     pressure = np.geomspace(500.0, 2e5, 120)
     thickness = solid / (a * pressure**b)
-    values = {"area": 2.5e-3, "plies": 4.0, "compliance": 3e-9}
-    columns = {"thickness": 4 * thickness - 3e-9 * 2.5e-3 * pressure, "force": 2.5e-3 * pressure}
+    values = {"area": 2.5e-3, "plies": 4.0, "compliance": 1e-7}
+    columns = {"thickness": 4 * thickness - 1e-7 * 2.5e-3 * pressure, "force": 2.5e-3 * pressure}
     test = pulled("compaction", columns, values=values)
     fit = fit_compaction(pressed(test), contact_pressure=1e3, solid=solid, draws=20)
     assert fit.exponent.value[0] == pytest.approx(b, rel=2e-3)

@@ -171,6 +171,17 @@ def test_specimens_by_column_side_by_side_and_below_each_other(tmp_path):
     assert [s.name for s in read_table(table(tmp_path, column), wanted())] == ["raw A", "raw B"]
 
 
+def test_names_of_several_words(tmp_path):
+    text = (
+        "Force in warp direction [N];Strain warp mean [%];Weft strain (corr.) [%];Load, weft [N]\n"
+        + "".join(f"{k};{k / 10};{k / 20};{2 * k}\n" for k in range(5))
+    )
+    (specimen,) = read_table(table(tmp_path, text), wanted("biaxial_tension"))
+    found = {role: values[-1] for role, values in specimen.columns.items()}
+    exact = {"strain_warp": 4e-3, "strain_weft": 2e-3, "force_warp": 4.0, "force_weft": 8.0}
+    assert found == pytest.approx(exact)
+
+
 def test_rows_without_numbers_are_left_out_and_said(tmp_path):
     text = "travel [mm];force [N]\n0;0\n1;---\n2;NaN\n3;3\n4;4\n"
     (specimen,) = read_table(table(tmp_path, text), wanted())
