@@ -350,6 +350,14 @@ def test_records_that_cannot_be_used(kind, columns, values, words):
     assert words in str(error.value)
 
 
+def test_until_cuts_off_what_goes_beyond_all_bounds():
+    travel = np.linspace(0.0, 0.2, 200)
+    values = {"side": 0.2, "until": math.radians(40.0)}
+    test = pulled("picture_frame", {"travel": travel, "force": 1.0 + travel}, values=values)
+    curve = loading_curve(test, test.specimens[0])
+    assert math.radians(38.0) < curve.raw_at[-1] <= math.radians(40.0)
+
+
 LAW = CrimpInterchange(2e-3, 2.04e-3, 0.006, 0.010, 20e3, 19e3)
 PARAMETERS = np.array([0.006, 0.010, 20e3, 19e3])
 SPACING = np.array([2e-3, 2.04e-3])

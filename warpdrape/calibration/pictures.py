@@ -13,6 +13,7 @@ from warpdrape.calibration.coupons import CouponRun
 from warpdrape.calibration.fits import SHEAR, Fits
 from warpdrape.calibration.friction_picture import draw_friction
 from warpdrape.calibration.normalisation import normalised_force
+from warpdrape.calibration.polynomial import powers
 from warpdrape.calibration.predictions import Prediction
 from warpdrape.calibration.report import coupon_of
 from warpdrape.calibration.tests_file import Plan, Test
@@ -162,9 +163,12 @@ def _normalised(axes, test: Test, fits: Fits) -> None:
             axes.fill_between(np.degrees(angle), *wide, color=color, alpha=0.3, lw=0)
         force = 1e-3 * normalised_force(angle, fit.couple(angle))
         axes.plot(np.degrees(angle), force, color=color, lw=1.4, label=label)
-    if len(fits.shear_apart) > 1:
+    if len(fits.shear_apart) > 1 or fits.polynomial is not None:
         angle = np.linspace(0.0, fits.shear.basis.end, 200)
-        force = 1e-3 * normalised_force(angle, fits.shear.couple(angle))
+        couple = fits.shear.couple(angle)
+        if fits.polynomial is not None:
+            couple = powers(angle) @ fits.polynomial[0].value
+        force = 1e-3 * normalised_force(angle, couple)
         axes.plot(np.degrees(angle), force, "--", color=CARD, lw=1.4, label="card")
     if fits.shear.locking is not None:
         at = math.degrees(fits.shear.locking.value[0])

@@ -20,6 +20,10 @@ from warpdrape.calibration.tests_file import Plan, Test
 from warpdrape.results.run_folder import as_json, write_whole
 
 WIDTH = 96
+FAR_OFF = 0.03
+"""Distance of a polynomial from the free curve that calls for a table [-]."""
+NOTED = 0.1
+"""Offset of one specimen, over the mean couple, from which on it is worth a word [-]."""
 
 
 def understood(plan: Plan) -> str:
@@ -148,8 +152,11 @@ def _shear_lines(fits: Fits) -> list[str]:
             )
             band = f" ({LEVEL:.0%} band {low:.4g} to {high:.4g})" if fit.band.told else ""
             lines.append(f"  normalised shear force at {angle}°: {value:.4g} N/m{band}")
+    if not fit.band.told:
+        lines.append("  one specimen: no confidence band")
     offset = fit.offset
-    if offset.told and offset.low[0] > 0.0:
+    shown = offset.low[0] > 0.0 if offset.told else offset.value[0] > NOTED * fit.band.value.mean()
+    if shown:
         kept = (
             'kept as a first rise; shear_offset = "remove" takes it off'
             if fit.kept
@@ -165,9 +172,11 @@ def _shear_lines(fits: Fits) -> list[str]:
         lines.append(f"  locking angle {fit.locking.words('°', 180.0 / math.pi)}: {DEFINITION}")
     lines += [f"  {each.words()}" for each in fits.disagreements]
     if fits.polynomial is not None:
+        off = fits.polynomial[1]
+        remedy = '; shear = "table" follows the tests' if off > FAR_OFF else ""
         lines.append(
-            f"  polynomial: off the free curve by {100 * fits.polynomial[1]:.2g} % of the largest "
-            "couple at most"
+            f"  polynomial: off the free curve by {100 * off:.2g} % of the largest couple at "
+            f"most{remedy}"
         )
     return lines
 
