@@ -187,7 +187,7 @@ def test_table_of_tensions_and_linear_bending_of_the_example(tmp_path):
     path.write_text(text.replace('compaction = "table"', 'compaction = "power"'), encoding="utf-8")
     found = calibrate(read_plan(path), draws=20, coupons=False)
     assert isinstance(found.fabric.tension, TabulatedTension)
-    assert "are extrapolated" in found.fabric.sources["tension.tension_warp"].doubt
+    assert "no data near them: extrapolated" in found.fabric.sources["tension.tension_warp"].doubt
     assert found.fabric.bending.warp == pytest.approx(TRUTH["bending_n_m"][0], rel=0.1)
     assert found.fabric.bending.weft == pytest.approx(TRUTH["bending_n_m"][1], rel=0.1)
     assert found.fabric.compaction.thinnest == pytest.approx(0.43e-3, rel=0.03)

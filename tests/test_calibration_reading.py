@@ -10,7 +10,8 @@ import pytest
 from warpdrape.calibration.columns import heading
 from warpdrape.calibration.kinds import KINDS
 from warpdrape.calibration.lab_units import lab_factor, si_value
-from warpdrape.calibration.raw_table import Wanted, read_table
+from warpdrape.calibration.raw_layout import Wanted
+from warpdrape.calibration.raw_table import read_table
 from warpdrape.calibration.raw_text import read_number, read_text
 from warpdrape.calibration.tests_file import read_plan
 from warpdrape.errors import InputError

@@ -35,6 +35,11 @@ class Band:
     specimens: int
     told: bool
 
+    def part(self, index: slice | list[int]) -> Band:
+        """Some of its values."""
+        told = self.specimens, self.told
+        return Band(self.value[index], self.low[index], self.high[index], *told)
+
     def words(self, unit: str = "", factor: float = 1.0) -> str:
         """A single value with its band."""
         value, low, high = (

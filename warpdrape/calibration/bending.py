@@ -144,52 +144,42 @@ def fit_loops(tests: Sequence[Test], draws: int = 400) -> LoopFit:
         raise InputError(f"{specimens[0].file}: the loop has no moment: check its columns")
     grid = [_squares(specimens, basis, largest, share * end) for share in BUILDS_UP]
     everyone = np.ones(len(specimens))
-    misfits = [g.misfit(everyone, g.fit(everyone)) for g in grid]
-    best = int(np.argmin(misfits))
-    bracket = BUILDS_UP[max(best - 1, 0)], BUILDS_UP[min(best + 1, len(BUILDS_UP) - 1)]
+    best = int(np.argmin([g.misfit(everyone, g.fit(everyone)) for g in grid]))
 
     def miss(logarithm: float) -> float:
         squares = _squares(specimens, basis, largest, np.exp(logarithm) * end)
         return squares.misfit(everyone, squares.fit(everyone))
 
+    bracket = BUILDS_UP[max(best - 1, 0)], BUILDS_UP[min(best + 1, len(BUILDS_UP) - 1)]
     found = minimize_scalar(miss, bounds=np.log(bracket), method="bounded", options={"xatol": 1e-3})
     over = float(np.exp(found.x)) * end
     final = _squares(specimens, basis, largest, over)
     curvatures = np.linspace(0.0, end, POINTS)
-    at = np.column_stack([basis.rows(curvatures), np.zeros(POINTS)])
-    pick = np.zeros((1, basis.size + 1))
-    pick[0, -1] = 1.0
-    wanted = np.vstack([at, pick])
+    wanted = np.zeros((POINTS + 1, basis.size + 1))
+    wanted[:-1, :-1] = basis.rows(curvatures)
+    wanted[-1, -1] = 1.0  # the friction, after the moments
+    near = grid[max(best - 2, 0) : best + 3]
 
     def solve(counts: np.ndarray) -> np.ndarray:
-        if counts is everyone or (counts == 1.0).all():
+        if (counts == 1.0).all():
             return wanted @ final.fit(everyone)
-        fits = [g.fit(counts) for g in grid[max(best - 2, 0) : best + 3]]
-        off = [g.misfit(counts, c) for g, c in zip(grid[max(best - 2, 0) :], fits, strict=False)]
+        fits = [g.fit(counts) for g in near]
+        off = [g.misfit(counts, c) for g, c in zip(near, fits, strict=True)]
         return wanted @ fits[int(np.argmin(off))]
 
     band = bootstrap(groups, solve, draws=draws)
-    cut = [Band(v.value, v.low, v.high, band.specimens, band.told) for v in _split(band, POINTS)]
+    widths = [loop_width(s, "curvature", "moment", WIDTH_AT) for s in specimens]
     return LoopFit(
         tests[0].values["family"],
         curvatures,
-        cut[0],
-        cut[1],
+        band.part(slice(0, POINTS)),
+        band.part([POINTS]),
         over,
         _of_each(groups, [_slope(s) for s in specimens], draws),
-        _of_each(
-            groups, [loop_width(s, "curvature", "moment", WIDTH_AT) for s in specimens], draws
-        ),
+        _of_each(groups, widths, draws),
         basis,
         final.fit(everyone)[:-1],
     )
-
-
-def _split(band: Band, at: int) -> list[Band]:
-    return [
-        Band(band.value[k], band.low[k], band.high[k], band.specimens, band.told)
-        for k in (slice(0, at), slice(at, None))
-    ]
 
 
 def _squares(

@@ -13,10 +13,10 @@ from warpdrape.calibration.card_file import card_text, fabric_of, write_card
 from warpdrape.calibration.card_tables import card_tables, source_of
 from warpdrape.calibration.coupons import CouponRun, run_coupons
 from warpdrape.calibration.fits import Fits, fit_all
+from warpdrape.calibration.law_text import law_lines
 from warpdrape.calibration.pictures import draw_tests
 from warpdrape.calibration.predictions import Prediction, predictions
 from warpdrape.calibration.report import (
-    law_lines,
     residual_rows,
     residual_text,
     understood,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.calibration.bands import LEVEL, Band
+from warpdrape.calibration.biaxial_table import TableFit
 from warpdrape.calibration.card_file import quantity
 from warpdrape.calibration.compaction import CompactionFit
 from warpdrape.calibration.fits import SHEAR, Fits
@@ -67,13 +68,7 @@ def _shear(plan: Plan, fits: Fits) -> Tables:
     area = fits.draft.cell_area
     end = math.degrees(fit.basis.end)
     half = len(fit.angles) // 2
-    middle = Band(
-        fit.band.value[[half, -1]],
-        fit.band.low[[half, -1]],
-        fit.band.high[[half, -1]],
-        fit.band.specimens,
-        fit.band.told,
-    )
+    middle = fit.band.part([half, -1])
     where = (f"{math.degrees(fit.angles[half]):.3g}°", f"{end:.3g}°")
     doubt = f"{band_words(middle, where)}; data end at {end:.3g}°, beyond it is extrapolated"
     if not fit.kept:
@@ -101,7 +96,6 @@ def _shear(plan: Plan, fits: Fits) -> Tables:
 
 def _tension(plan: Plan, fits: Fits) -> Tables:
     found: Tables = {}
-    tests = plan.of("uniaxial_tension", "biaxial_tension")
     for family, band in fits.failure.items():
         own = [t for t in plan.of("uniaxial_tension") if t.values["family"] == family]
         found[f"failure_strain_{family}"] = quantity(
@@ -111,47 +105,49 @@ def _tension(plan: Plan, fits: Fits) -> Tables:
             f"strain at the largest force, crimp and slack in it; {band_words(band)}",
         )
     if fits.linear:
-        law: Tables = {"law": "linear"}
-        for family, fit in fits.linear.items():
-            own = [t for t in plan.of("uniaxial_tension") if t.values["family"] == family]
-            doubt = (
-                f"{band_words(fit.stiffness)}; of the upper half of the force: the strips' line "
-                f"starts at a strain of {100 * fit.start.value[0]:.2g} % (crimp, slack), which the "
-                f"law leaves out; data end at {100 * fit.end:.3g} %"
-            )
-            law[family] = quantity(fit.stiffness.value[0], "N", source_of(own), doubt)
-        found["tension"] = law
-    if fits.crimp is not None:
-        source = source_of(tests)
-        law = {"law": "crimp"}
-        names = ("crimp_warp", "crimp_weft", "stiffness_warp", "stiffness_weft")
-        for k, name in enumerate(names):
-            one = Band(
-                *(getattr(fits.crimp, n)[k : k + 1] for n in ("value", "low", "high")),
-                fits.crimp.specimens,
-                fits.crimp.told,
-            )
-            value, unit = fits.crimp.value[k], "N"
-            if k < 2:
-                value, unit = 100 * value, "%"
-            law[name] = quantity(value, unit, source, band_words(one))
-        found["tension"] = law
-    if fits.table is not None:
-        source = source_of(plan.of("biaxial_tension"))
-        beyond = int(fits.table.beyond.sum())
-        total = fits.table.beyond.size
-        doubt = (
-            f"{beyond} of {total} points of the table have no data near them and are extrapolated"
-            if beyond
-            else "data near every point of the table"
-        )
-        law = {"law": "table"}
-        for family, axis in zip(FAMILIES, fits.table.strains, strict=True):
-            law[f"strain_{family}"] = quantity(100 * axis, "%", source)
-        for number, family in enumerate(FAMILIES):
-            law[f"tension_{family}"] = quantity(fits.table.table(number), "N", source, doubt)
-        found["tension"] = law
+        found["tension"] = _linear(plan, fits)
+    elif fits.crimp is not None:
+        found["tension"] = _crimp(plan, fits.crimp)
+    elif fits.table is not None:
+        found["tension"] = _tension_table(plan, fits.table)
     return found
+
+
+def _linear(plan: Plan, fits: Fits) -> Tables:
+    law: Tables = {"law": "linear"}
+    for family, fit in fits.linear.items():
+        own = [t for t in plan.of("uniaxial_tension") if t.values["family"] == family]
+        doubt = (
+            f"{band_words(fit.stiffness)}; of the upper half of the force: the strips' line "
+            f"starts at a strain of {100 * fit.start.value[0]:.2g} % (crimp, slack), which the "
+            f"law leaves out; data end at {100 * fit.end:.3g} %"
+        )
+        law[family] = quantity(fit.stiffness.value[0], "N", source_of(own), doubt)
+    return law
+
+
+def _crimp(plan: Plan, band: Band) -> Tables:
+    source = source_of(plan.of("uniaxial_tension", "biaxial_tension"))
+    law: Tables = {"law": "crimp"}
+    for k, name in enumerate(("crimp_warp", "crimp_weft", "stiffness_warp", "stiffness_weft")):
+        factor, unit = (100.0, "%") if k < 2 else (1.0, "N")
+        doubt = band_words(band.part([k]))
+        law[name] = quantity(factor * band.value[k], unit, source, doubt)
+    return law
+
+
+def _tension_table(plan: Plan, fit: TableFit) -> Tables:
+    source = source_of(plan.of("biaxial_tension"))
+    beyond, total = int(fit.beyond.sum()), fit.beyond.size
+    doubt = "data near every point of the table"
+    if beyond:
+        doubt = f"{beyond} of {total} points of the table have no data near them: extrapolated"
+    law: Tables = {"law": "table"}
+    for family, axis in zip(FAMILIES, fit.strains, strict=True):
+        law[f"strain_{family}"] = quantity(100 * axis, "%", source)
+    for number, family in enumerate(FAMILIES):
+        law[f"tension_{family}"] = quantity(fit.table(number), "N", source, doubt)
+    return law
 
 
 def _bending(plan: Plan, fits: Fits) -> Tables:
@@ -193,13 +189,7 @@ def _bending_curve(plan: Plan, fits: Fits) -> Tables:
         loop = loops[family]
         moments = np.maximum.accumulate(loop.basis.rows(curvatures) @ loop.coefficients)
         own = source_of([t for t in tests if t.values["family"] == family])
-        last = Band(
-            loop.moments.value[-1:],
-            loop.moments.low[-1:],
-            loop.moments.high[-1:],
-            loop.moments.specimens,
-            loop.moments.told,
-        )
+        last = loop.moments.part([-1])
         doubt = f"{band_words(last, (f'{loop.curvatures[-1]:.3g} 1/m',))}; extrapolated beyond"
         moments[0] = 0.0
         law[f"moments_{family}"] = quantity(1e3 * moments, "mN", own, doubt)
@@ -216,8 +206,7 @@ def _bending_curve(plan: Plan, fits: Fits) -> Tables:
 def _compaction(plan: Plan, fits: Fits, fit: CompactionFit) -> Tables:
     source = source_of(plan.of("compaction"))
     thicknesses, pressures = fit.table
-    ends = [v[[0, -1]] for v in (fit.thickness.value, fit.thickness.low, fit.thickness.high)]
-    both = Band(*ends, fit.thickness.specimens, fit.thickness.told)
+    both = fit.thickness.part([0, -1])
     where = (f"{fit.pressures[0] / 1e3:.3g} kPa", f"{fit.pressures[-1] / 1e3:.3g} kPa")
     doubt = f"{band_words(both, where)}; extrapolated beyond"
     found: Tables = {

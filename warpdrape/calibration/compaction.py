@@ -145,7 +145,7 @@ def fit_compaction(
     if solid is not None:
         fits = np.array([np.polyfit(p, np.log(solid) - t, 1) for p, t in logs])
         both = bootstrap(groups, lambda c: c @ fits / c.sum(), draws=draws, positive=False)
-        exponent = Band(both.value[:1], both.low[:1], both.high[:1], both.specimens, both.told)
+        exponent = both.part([0])
         coefficient = Band(
             *(np.exp(v[1:]) for v in (both.value, both.low, both.high)), both.specimens, both.told
         )

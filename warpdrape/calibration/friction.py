@@ -133,28 +133,10 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
         InputError: the conditions do not tell their effects apart.
     """
     found = sorted(found, key=lambda r: (r.test, r.pressure, r.speed))
-    columns, names, levels, which = [np.ones(len(found))], [], {}, {}
-    reference: dict[str, float] = {}
-    for name in ("pressure", "speed", "yarns"):
-        values = [getattr(r, name) for r in found]
-        if any(v is None for v in values):
-            continue
-        levels[name], which[name] = _levels(np.array(values, dtype=float))
-        counts = np.bincount(which[name])
-        middle = int(np.argmax(counts))
-        reference[name] = float(levels[name][middle])
-        for level in range(len(levels[name])):
-            if level != middle:
-                columns.append((which[name] == level).astype(float))
-                names.append((name, level))
-    rows = np.column_stack(columns)
-    if np.linalg.matrix_rank(rows) < rows.shape[1]:
-        raise InputError(
-            "friction: pressure, speed and angle change together, so that their effects cannot be "
-            "told apart: add tests that change one alone, against the same other conditions"
-        )
+    design = _design(found)
+    rows, levels = design.rows, design.levels
     logs = np.log([r.kinetic for r in found])
-    conditions = [(r.test, *(int(which[n][i]) for n in levels)) for i, r in enumerate(found)]
+    conditions = [(r.test, *cell) for r, cell in zip(found, design.cells, strict=True)]
     groups = [conditions.count(c) for c in dict.fromkeys(conditions)]
 
     def solve(counts: np.ndarray) -> np.ndarray:
@@ -163,35 +145,68 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
         return np.exp(np.concatenate([fitted[:1], fitted[0] + fitted[1:]]))
 
     band = bootstrap(groups, solve, draws=draws, pool=False)
-
-    def part(index: list[int]) -> Band:
-        return Band(band.value[index], band.low[index], band.high[index], band.specimens, band.told)
-
     bands = {}
     for name, at in levels.items():
         if len(at) > 1:
-            index = [
-                1 + names.index((name, k)) if (name, k) in names else 0 for k in range(len(at))
-            ]
-            bands[name] = part(index)
-    fitted = rows @ np.concatenate(
-        [[np.log(band.value[0])], np.log(band.value[1:] / band.value[0])]
-    )
-    cells = {tuple(which[n][i] for n in levels) for i in range(len(found))}
+            bands[name] = band.part([design.names.get((name, k), 0) for k in range(len(at))])
+    first = np.log(band.value[0])
+    fitted = rows @ np.concatenate([[first], np.log(band.value[1:]) - first])
     off = []
-    for cell in cells:
-        same = [i for i in range(len(found)) if tuple(which[n][i] for n in levels) == cell]
+    for cell in set(design.cells):
+        same = [i for i, each in enumerate(design.cells) if each == cell]
         off.append(abs(np.expm1(fitted[same[0]] - float(np.mean(logs[same])))))
     statics = [r.static / r.kinetic for r in found if r.static is not None]
     return FrictionFit(
         levels,
         bands,
-        reference,
-        part([0]),
-        float(max(off)) if len(cells) > rows.shape[1] else None,
+        design.reference,
+        band.part([0]),
+        float(max(off)) if len(off) > rows.shape[1] else None,
         float(np.mean(statics)) if statics else None,
         tuple(found),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Design:
+    """Which conditions readings have: levels, the reference of each, and rows for ln μ.
+
+    Attributes:
+        rows: a one, and a one for every level but the reference, shape [reading, unknown].
+        names: (what, level's index) → its column.
+        cells: indices of the levels of each reading.
+    """
+
+    rows: np.ndarray
+    names: dict[tuple[str, int], int]
+    levels: dict[str, np.ndarray]
+    reference: dict[str, float]
+    cells: list[tuple[int, ...]]
+
+
+def _design(found: Sequence[Reading]) -> _Design:
+    """Levels of all conditions; the one with the most readings is the reference."""
+    columns, names, levels, which = [np.ones(len(found))], {}, {}, {}
+    reference: dict[str, float] = {}
+    for name in ("pressure", "speed", "yarns"):
+        values = [getattr(r, name) for r in found]
+        if any(v is None for v in values):
+            continue
+        levels[name], which[name] = _levels(np.array(values, dtype=float))
+        middle = int(np.argmax(np.bincount(which[name])))
+        reference[name] = float(levels[name][middle])
+        for level in range(len(levels[name])):
+            if level != middle:
+                names[name, level] = len(columns)
+                columns.append((which[name] == level).astype(float))
+    rows = np.column_stack(columns)
+    if np.linalg.matrix_rank(rows) < rows.shape[1]:
+        raise InputError(
+            "friction: pressure, speed and angle change together, so that their effects cannot be "
+            "told apart: add tests that change one alone, against the same other conditions"
+        )
+    cells = [tuple(int(which[n][i]) for n in levels) for i in range(len(found))]
+    return _Design(rows, names, levels, reference, cells)
 
 
 def _levels(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -85,18 +85,8 @@ def fit_linear(curves: Sequence[YarnCurve], draws: int = 400) -> LinearFit:
         return counts @ lines / counts.sum()
 
     both = bootstrap(groups, mean, draws=draws)
-    split = [
-        Band(
-            both.value[i : i + 1],
-            both.low[i : i + 1],
-            both.high[i : i + 1],
-            both.specimens,
-            both.told,
-        )
-        for i in range(2)
-    ]
     end = float(np.median([c.strain[-1] for c in curves]))
-    return LinearFit(curves[0].family, *split, end)
+    return LinearFit(curves[0].family, both.part([0]), both.part([1]), end)
 
 
 def fit_failure(curves: Sequence[YarnCurve], draws: int = 400) -> Band | None:

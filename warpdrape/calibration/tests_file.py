@@ -13,7 +13,8 @@ from typing import Any
 
 from warpdrape.calibration.kinds import ANY, KINDS, Kind
 from warpdrape.calibration.lab_units import si_value
-from warpdrape.calibration.raw_table import Specimen, Wanted, read_table
+from warpdrape.calibration.raw_layout import Wanted
+from warpdrape.calibration.raw_table import Specimen, read_table
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.materials.fabric_library import fabric_names
