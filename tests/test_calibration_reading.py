@@ -49,6 +49,7 @@ STYLES = {
         "cp1252",
         1.0,
     ),
+    "version": ("Software;3.1\n" + body(";", ",", "Weg [mm];Kraft [N]"), "utf-8", 1.0),
     "French": (body("\t", ",", "Déplacement (mm)\tEffort (kN)"), "latin-1", 1e3),
     "mark": (body(";", ".", "Extension in mm;Load in N"), "utf-8-sig", 1.0),
     "wide": (body("\t", ",", "Extension (mm)\tLoad (N)"), "utf-16", 1.0),

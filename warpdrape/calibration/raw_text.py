@@ -150,9 +150,17 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 
+def _looks_like_data(row: list[str]) -> bool:
+    """Whether all cells are numbers, or all but the name of a specimen beside two or more."""
+    given = [cell for cell in row if cell]
+    numbers = sum(any(read_number(cell, d) is not None for d in ".,") for cell in given)
+    return numbers == len(given) > 0 or (numbers >= 2 and numbers == len(given) - 1)
+
+
 def _decimal(name: str, rows: list[list[str]], delimiter: str) -> str:
-    """The decimal mark that all cells agree on."""
-    cells = [cell for row in rows for cell in row if any(ch.isdigit() for ch in cell)]
+    """The decimal mark that all cells of data agree on; a preamble's version number has no say."""
+    data = [row for row in rows if _looks_like_data(row)] or rows
+    cells = [cell for row in data for cell in row if any(ch.isdigit() for ch in cell)]
     commas = [c for c in cells if "," in c and read_number(c, ",") is not None]
     points = [c for c in cells if "." in c and read_number(c, ".") is not None]
     if not commas:
