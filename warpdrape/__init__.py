@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.compaction import Compaction
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
+    from warpdrape.materials.friction_file import load_friction
     from warpdrape.numerics import Numerics
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
@@ -63,6 +64,7 @@ __all__ = [
     "drape_fishnet",
     "drape_fishnets",
     "lay_up",
+    "load_friction",
     "net_picture",
     "read_run",
     "stack_top",
@@ -99,6 +101,7 @@ _HOME = {
     "drape_fishnets": "fishnet.several",
     "lay_up": "blanks.ply",
     "net_picture": "results.net_picture",
+    "load_friction": "materials.friction_file",
     "read_run": "results.read_run",
     "stack_top": "blanks.ply",
     "suggest_darts": "fishnet.darts",

@@ -206,6 +206,33 @@ def _report(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _calibrate(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    draws = whole("--draws", arguments.draws)
+    with interrupt_kept():
+        from warpdrape.calibration.calibrate import run_calibration
+        from warpdrape.warp_start import start_warp
+
+    start_warp()
+    print(
+        run_calibration(
+            arguments.tests,
+            arguments.out,
+            dry=arguments.dry,
+            coupons=not arguments.no_coupons,
+            draws=draws,
+            overwrite=arguments.overwrite,
+            say=(lambda _: None) if arguments.quiet else _say,
+        )
+    )
+    return DONE
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -247,6 +274,7 @@ _COMMANDS = {
     "export": _export,
     "judge": _judge,
     "report": _report,
+    "calibrate": _calibrate,
     "verify": _verify,
     "info": _info,
 }

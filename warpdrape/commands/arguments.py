@@ -43,6 +43,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_export(commands)
     _add_judge(commands)
     _add_report(commands)
+    _add_calibrate(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -210,6 +211,29 @@ def _add_report(commands: Any) -> None:
         help="frames of each run in the 3-D view at most; if not given, as many as keep the file "
         "small",
     )
+
+
+def _add_calibrate(commands: Any) -> None:
+    calibrate = _add(
+        commands,
+        "calibrate",
+        "make a fabric's card from raw tests, and lay its coupons over them",
+        "Exit status: 0 done, 2 the input cannot be used.",
+    )
+    calibrate.add_argument("tests", metavar="TESTS", help="a .toml file that names the raw tables")
+    calibrate.add_argument(
+        "--out",
+        metavar="FABRIC",
+        help="the card's .toml; pictures, residuals and report go to FABRIC_calibration beside it",
+    )
+    calibrate.add_argument("--dry", action="store_true", help="say what was understood, and stop")
+    calibrate.add_argument(
+        "--no-coupons", action="store_true", help="do not simulate the tests with the new card"
+    )
+    calibrate.add_argument(
+        "--draws", metavar="N", default="400", help="samples of the bootstrap; 400 if not given"
+    )
+    calibrate.add_argument("--overwrite", action="store_true", help="replace the card")
 
 
 def _add_export(commands: Any) -> None:

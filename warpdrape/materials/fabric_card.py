@@ -306,7 +306,14 @@ def _plot_shear(fabric: Fabric, couple, force) -> None:
         last = min(85.0, math.degrees(fabric.shear.angles[-1]) * 1.1)
         points = np.degrees(fabric.shear.angles), fabric.shear.couples * 1e3
         couple.plot(*points, "o", color="C0", markersize=3)
-    angles = np.linspace(0.0, last, 281)
-    values = fabric.shear.couple(np.radians(angles))
-    couple.plot(angles, values * 1e3, color="C0")
-    force.plot(angles, values / fabric.cell_area / np.cos(np.radians(angles)) / 1e3, color="C0")
+    end = math.degrees(fabric.shear.angles[-1]) if isinstance(fabric.shear, ShearTable) else last
+    for first, until, style, label in ((0.0, end, "-", None), (end, last, "--", "extrapolated")):
+        if until <= first:
+            continue
+        angles = np.linspace(first, until, 281)
+        values = fabric.shear.couple(np.radians(angles))
+        normal = values / fabric.cell_area / np.cos(np.radians(angles)) / 1e3
+        couple.plot(angles, values * 1e3, style, color="C0", label=label)
+        force.plot(angles, normal, style, color="C0", label=label)
+        if label:
+            couple.legend(frameon=False, fontsize="small")

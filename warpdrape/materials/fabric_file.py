@@ -18,6 +18,8 @@ from warpdrape.materials.fabric import STATUSES, Source
 from warpdrape.materials.fabric_units import UNITS, si_factor
 
 QUANTITY_KEYS = ("value", "unit", "status", "source", "doubt")
+MANY = 8
+"""Numbers of a list beyond which a card shows its ends only."""
 _HEADER = re.compile(r"^\s*\[\s*([^\[\]]+?)\s*\]\s*(#.*)?$")
 _KEY = re.compile(r"^\s*([A-Za-z0-9_\-]+(?:\s*\.\s*[A-Za-z0-9_\-]+)*)\s*=")
 
@@ -140,6 +142,8 @@ def _as_given(value: Any, unit: str) -> str:
     shown = "" if unit == "-" else f" {unit}"
     if isinstance(value, list) and any(isinstance(row, list) for row in value):
         return f"table of {len(value)} rows{shown}"
+    if isinstance(value, list) and len(value) > MANY:
+        return f"{len(value)} numbers, {value[0]:g} to {value[-1]:g}{shown}"
     if isinstance(value, list):
         return "(" + ", ".join(f"{v:g}" for v in value) + ")" + shown
     return f"{value:g}{shown}"

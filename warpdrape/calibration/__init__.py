@@ -1,0 +1,1 @@
+"""Materials from raw tests: laboratory tables in, a fabric's card with bands out."""

@@ -1,0 +1,105 @@
+"""Fabric cards as files: tables of values with unit, status and source, written as TOML."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdrape.errors import InputError
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.results.run_folder import write_whole
+
+DIGITS = 5
+"""Of a number on a card: bands are a thousand times wider."""
+PLACEHOLDER = {
+    "law": "linear",
+    "warp": {"value": 1.0, "unit": "N", "status": "assumed", "source": "to be measured"},
+    "weft": {"value": 1.0, "unit": "N", "status": "assumed", "source": "to be measured"},
+}
+"""Tension of a draft whose tests will tell it."""
+
+
+def quantity(value: Any, unit: str, source: str, doubt: str = "") -> dict[str, Any]:
+    """A measured value as a card has it, rounded to ``DIGITS`` digits."""
+    table = {"value": _rounded(value), "unit": unit, "status": "measured", "source": source}
+    return {**table, "doubt": doubt} if doubt else table
+
+
+def card_text(tables: Mapping[str, Any], first: str = "") -> str:
+    """A card as TOML.
+
+    Args:
+        tables: texts, lists, tables of values, and tables of such tables.
+        first: comment at its head.
+    """
+    lines = [f"# {line}" for line in first.splitlines()]
+    plain = {k: v for k, v in tables.items() if not isinstance(v, Mapping)}
+    lines += [f"{key} = {_toml(value)}" for key, value in plain.items()]
+    for key, table in tables.items():
+        if isinstance(table, Mapping):
+            lines += _table(key, table)
+    return "\n".join(lines) + "\n"
+
+
+def _table(path: str, table: Mapping[str, Any]) -> list[str]:
+    plain = {k: v for k, v in table.items() if not isinstance(v, Mapping)}
+    lines = ["", f"[{path}]", *(f"{key} = {_toml(value)}" for key, value in plain.items())]
+    for key, inner in table.items():
+        if isinstance(inner, Mapping):
+            lines += _table(f"{path}.{key}", inner)
+    return lines
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple | np.ndarray):
+        return "[" + ", ".join(_toml(v) for v in value) + "]"
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_rounded(v) for v in value]
+    return float(f"{float(value):.{DIGITS}g}")
+
+
+def draft(tables: Mapping[str, Any], named: str) -> Fabric:
+    """The fabric that a card would give, its tension a placeholder where it has none.
+
+    Args:
+        tables: of the card.
+        named: what messages call the file that they are from.
+
+    Raises:
+        InputError: as of the card's file.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about the placeholder; the card itself is read again
+        return fabric_of(card_text({"tension": PLACEHOLDER, **tables}), named)
+
+
+def fabric_of(text: str, named: str) -> Fabric:
+    """Read a card's text back, as `load_fabric` reads its file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "card.toml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            return load_fabric(path)
+        except InputError as error:
+            words = str(error).partition(": ")[2] or str(error)
+            raise InputError(f"{named}: {words}") from error
+
+
+def write_card(path: Path, text: str) -> None:
+    """Put a card's file in place in one move."""
+    write_whole(path, lambda p: p.write_text(text, encoding="utf-8", newline="\n"))
