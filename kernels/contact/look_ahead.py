@@ -11,8 +11,9 @@ import warp as wp
 ASK_EVERY = wp.constant(16)
 """Contact searches from one in which every point asks for the nearest facet of a ply to the next
 such one; between, it walks from the facet that it remembers."""
-LOOK_AHEAD = wp.constant(wp.float64(2.0))
-"""By which speeds may grow until the next search: a sheet that snaps gains speed [-]."""
+LOOK_AHEAD = wp.constant(wp.float64(4.0))
+"""Way that a search allows for over what the fastest vertex goes until the next one [-]: two may
+come towards each other, and a sheet that snaps may double its speed."""
 
 
 @wp.struct
@@ -22,8 +23,8 @@ class Pace:
     asks: wp.int32  # 1 if points ask in the coming search
     reach: wp.float64  # distance beyond the thickness that counts as near [m]
     seen: wp.float64  # how far points saw when they last asked [m]
-    closed: wp.float64  # by how much plies may have come closer since then [m]
-    outrun: wp.float64  # largest of what came closer over what was seen [-]
+    closed: wp.float64  # how far the fastest vertices have gone since then [m]
+    outrun: wp.float64  # largest of such a way over what was seen [-]
 
 
 @wp.func
@@ -84,7 +85,8 @@ def set_pace(
 ):
     """Set how far a part's searches look from now on; one thread.
 
-    Two plies come closer by twice the largest speed at most.
+    Searches allow for two plies that come towards each other. What is told as outrun is the way of
+    one towards another at rest, the usual case: plies that are formed go together.
 
     Args:
         part: of the model.
@@ -98,7 +100,7 @@ def set_pace(
     speed = wp.float64(0.0)
     for other in range(speeds.shape[0]):
         speed = wp.max(speed, speeds[other])
-    way = wp.float64(2.0) * speed * interval
+    way = speed * interval
     pace.closed += way
     if pace.seen > wp.float64(0.0):
         pace.outrun = wp.max(pace.outrun, wp.max(way / pace.reach, pace.closed / pace.seen))
