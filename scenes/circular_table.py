@@ -95,7 +95,7 @@ def build(
     )
 
 
-def drape_measures(result: Result, table_radius: float) -> dict[str, float]:
+def drape_measures(result: Result, table_radius: float) -> dict[str, float | None]:
     """Corner drop, shear in the corners, and how much the sheet wrinkles beside the table.
 
     Returns:
@@ -103,7 +103,8 @@ def drape_measures(result: Result, table_radius: float) -> dict[str, float]:
         ``corner_shear_deg``: mean shear angle of the triangles nearest to the corners;
         ``wrinkle_angle_deg``: root mean square angle between neighbouring triangles in the ring
         from the table's rim to the circle inscribed in the sheet. The corners beyond are left out:
-        without shear stiffness they collapse to strings.
+        without shear stiffness they collapse to strings. None where an approach has left that part
+        of the sheet out.
     """
     ply = result.plies[0]
     flat = ply.rest_points[:, :2]
@@ -116,11 +117,15 @@ def drape_measures(result: Result, table_radius: float) -> dict[str, float]:
     radius = np.linalg.norm(flat[ply.triangles].mean(axis=1), axis=1)
     ring = (radius > table_radius + EDGE_RADIUS) & (radius < size)
     return {
-        "corner_drop_m": float(drop[corners].mean()),
-        "side_drop_m": float(drop[sides].mean()),
-        "corner_shear_deg": float(np.abs(ply.shear_angle_deg[near_corner]).mean()),
-        "wrinkle_angle_deg": wrinkle_angle(ply, ring),
+        "corner_drop_m": _mean(drop[corners]),
+        "side_drop_m": _mean(drop[sides]),
+        "corner_shear_deg": _mean(np.abs(ply.shear_angle_deg[near_corner])),
+        "wrinkle_angle_deg": wrinkle_angle(ply, ring) if ring.any() else None,
     }
+
+
+def _mean(values: np.ndarray) -> float | None:
+    return float(values.mean()) if len(values) else None
 
 
 def wrinkle_angle(ply: FormedPly, chosen: np.ndarray) -> float:

@@ -74,10 +74,36 @@ def run_scene(
         begun = time.perf_counter()
         # A tool that floats under a force is taken to stay: it rests on the plies.
         poses = [tool.pose(scene.duration) for tool in scene.tools]
-        draped = drape_stack(scene.plies, scene.tools, poses)
-        plies = [_trimmed(ply, each) for ply, each in zip(scene.plies, draped, strict=True)]
+        try:
+            draped = drape_stack(scene.plies, scene.tools, poses)
+            plies = [_trimmed(ply, each) for ply, each in zip(scene.plies, draped, strict=True)]
+        except RunFailed as reason:
+            if folder is not None:
+                _begin(scene, folder)
+                folder.write_json(SUMMARY, {"status": "failed", "message": str(reason)})
+            raise
         scene = replace(scene, plies=plies)
         return _finish(scene, draped, poses, folder, begun)
+
+
+def _begin(scene: Setup, folder: RunFolder) -> dict[str, Any]:
+    """Take the run folder, and return the record that is written first."""
+    folder.take()
+    folder.begin()
+    record = run_record(scene, None, 1, 1)
+    folder.write_json(RUN, record)
+    return record
+
+
+def _unseen(scene: Setup) -> list[str]:
+    """Warning of what acts on the plies and is nothing to a net."""
+    kinds = {"clamps": scene.clamps, "pressures": scene.pressures, "springs": scene.springs}
+    found = [
+        f"{kind} {', '.join(repr(each.name) for each in some)}"
+        for kind, some in kinds.items()
+        if some
+    ]
+    return [f"a net does not see {' and '.join(found)}"] if found else []
 
 
 def _trimmed(ply: Ply, draped: Draped) -> Ply:
@@ -167,6 +193,7 @@ def _row(
         row[f"{tool.name}_force_n"] = None
         if angle is not None:
             row[f"{tool.name}_angle_deg"] = math.degrees(angle)
+            row[f"{tool.name}_torque_nm"] = None
     for ply in plies:
         row[f"{ply.name}_max_shear_deg"] = ply.max_shear_deg
     row["max_shear_deg"] = max(ply.max_shear_deg for ply in plies)
@@ -182,7 +209,7 @@ def _summary(
     wall: float,
 ) -> dict[str, Any]:
     """Everything of ``summary.json``; None where a net has no such quantity."""
-    warnings = []
+    warnings = _unseen(scene)
     for ply, each in zip(scene.plies, draped, strict=True):
         left = len(each.triangles) - len(ply.mesh.triangles)
         if left:
@@ -238,6 +265,7 @@ def _ply_entry(scene: Setup, number: int, formed: FormedPly, net: Net) -> dict[s
     return {
         "name": ply.name,
         "fabric": ply.fabric.name,
+        "woven": True,
         "triangles": len(formed.triangles),
         "max_shear_deg": float(shear.max()),
         "p95_shear_deg": area_percentile(shear, areas, 0.95),
@@ -268,10 +296,7 @@ def _write(
     summary: dict[str, Any],
 ) -> None:
     """Write the run folder, the summary last."""
-    folder.take()
-    folder.begin()
-    record = run_record(scene, None, len(rows) - 1, 1)
-    folder.write_json(RUN, record)
+    record = _begin(scene, folder)
     about = {"program": "warpdrape", "version": record["versions"]["warpdrape"]}
     about["scene"] = scene.name
     shapes = [

@@ -62,6 +62,11 @@ def begun(folder: Path) -> Begun:
                 "before its first frame: run the scene anew, with --overwrite"
             )
         parts = record(folder / RUN)
+        if parts.get("approach") == "fishnet":
+            raise InputError(
+                f"run folder {folder} is a fishnet's, which has no checkpoints: run the scene "
+                "again with --overwrite, which takes seconds"
+            )
         call, at_end, frames = parts.get("call"), False, parts.get("frames")
     from_python = {"scene": "", "digest": "", "settings": [], "extensions": []}
     try:

@@ -93,7 +93,7 @@ def _compute(scene: Scene, arguments: argparse.Namespace, folder: Path, **option
     print(summary_text(result.summary, folder))
     if arguments.report:
         _write_report(folder)
-    if arguments.profile:
+    if arguments.profile and "phases_s" in result.summary:
         from warpdrape.dynamics.phases import phase_table
 
         print(f"\n{phase_table(result.summary['phases_s'])}")

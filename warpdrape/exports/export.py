@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -45,6 +46,8 @@ def export(
     _refuse_options(chosen, to, given)
     reader = RunReader(run)
     frames = _frames(chosen, to, reader, frame)
+    if chosen.woven:
+        reader = _woven(reader, to)
     path = Path(run, EXPORTS, chosen.file) if out is None else Path(out)
     ending = Path(chosen.file).suffix
     if path.suffix.lower() != ending:
@@ -57,13 +60,30 @@ def export(
         path.parent.mkdir(parents=True, exist_ok=True)
         writer.write(reader, partial, frames, **given)
     except OSError as error:
-        if partial.is_file():
-            partial.unlink()
+        _drop(partial)
         raise InputError(
             f"out = {path} cannot be written ({error.strerror or error}): give another place"
         ) from error
+    except BaseException:  # nothing half written stays, whatever it was
+        _drop(partial)
+        raise
     give_final_name(partial, path)
     return path
+
+
+def _drop(partial: Path) -> None:
+    if partial.is_file():
+        partial.unlink()
+
+
+def _woven(reader: RunReader, to: str) -> RunReader:
+    """The plies that have yarns, and a warning of those that are left out."""
+    kept = reader.woven()
+    names = [ply["name"] for ply in reader.summary["plies"]]
+    left = [name for name in names if name not in [ply["name"] for ply in kept.summary["plies"]]]
+    if left:
+        warnings.warn(f"{', '.join(left)} left out of {to!r}: no yarns run in it", stacklevel=3)
+    return kept
 
 
 def _refuse_options(chosen: Format, to: str, given: Mapping[str, object]) -> None:

@@ -30,6 +30,7 @@ class Format:
         words: what it is for, in a line.
         animated: whether all frames are written unless one is asked for; else the last one.
         single: whether it holds one frame only.
+        woven: whether it is of plies that have yarns only: others are left out.
         options: what more a user may say, passed on to ``write``.
     """
 
@@ -38,6 +39,7 @@ class Format:
     words: str
     animated: bool = False
     single: bool = False
+    woven: bool = False
     options: tuple[Option, ...] = ()
 
 
@@ -59,10 +61,14 @@ FORMATS = {
     "csv": Format("table", "triangles.csv", "a row a triangle: centre, yarns, shear, strains …"),
     "parquet": Format("table", "triangles.parquet", "the same as Parquet"),
     "npz": Format("table", "triangles.npz", "the same as numpy arrays"),
-    "inp": Format("inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True),
-    "dyna": Format("dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True),
+    "inp": Format(
+        "inp", "formed.inp", "CalculiX and Abaqus: shells with their yarns", single=True, woven=True
+    ),
+    "dyna": Format(
+        "dyna", "formed.k", "LS-DYNA: shells with layers of their own", single=True, woven=True
+    ),
     "nastran": Format(
-        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True
+        "nastran", "formed.bdf", "Nastran: the same as CTRIA3 and PCOMP", single=True, woven=True
     ),
     "mapped": Format(
         "mapped",
@@ -79,6 +85,7 @@ FORMATS = {
         "permeability.csv",
         "filling codes: principal values and directions of plies and stack",
         single=True,
+        woven=True,
         options=FIBRES,
     ),
     "permeability-vtk": Format(
@@ -86,6 +93,7 @@ FORMATS = {
         "permeability.vtp",
         "the same for ParaView",
         single=True,
+        woven=True,
         options=FIBRES,
     ),
     "dxf": Format(
@@ -93,8 +101,11 @@ FORMATS = {
         "pattern.dxf",
         "a cutter: the flat blanks, or with --trim what is kept, with yarn axes and notches",
         single=True,
+        woven=True,
         options=TRIM,
     ),
-    "svg": Format("pattern", "pattern.svg", "the same as a drawing", single=True, options=TRIM),
+    "svg": Format(
+        "pattern", "pattern.svg", "the same as a drawing", single=True, woven=True, options=TRIM
+    ),
 }
 """By the name that a user gives."""

@@ -71,10 +71,13 @@ def parts_of(
         for ply, flat in zip(plies, flat_thicknesses, strict=True)
     ]
     every = [of_ply(ply, model) for ply in plies]
+    fractions = [np.minimum(ply.fibre_volume_fraction, model.densest) for ply in plies]
     parts = {
-        ply.name: _columns(ply, own, thickness, np.asarray(ply.fibre_volume_fraction))
-        for ply, own, thickness in zip(plies, every, thick, strict=True)
+        ply.name: _columns(ply, own, thickness, fraction)
+        for ply, own, thickness, fraction in zip(plies, every, thick, fractions, strict=True)
     }
+    if LAMINATE in parts:
+        raise InputError(f"a ply is named {LAMINATE!r}, as the stack's rows are: rename it")
     base = plies[0]
     triangles = met(plies, base, REACH * float(sum(map(np.max, thick))))
     count = (triangles >= 0).sum(axis=0)
@@ -86,8 +89,8 @@ def parts_of(
         )
     stack, thickness = averaged(every, thick, base, triangles)
     solid = sum(
-        np.where(at >= 0, t[at] * np.asarray(ply.fibre_volume_fraction)[at], 0.0)
-        for ply, t, at in zip(plies, thick, triangles, strict=True)
+        np.where(at >= 0, t[at] * fraction[at], 0.0)
+        for fraction, t, at in zip(fractions, thick, triangles, strict=True)
     )
     parts[LAMINATE] = _columns(base, stack, thickness, solid / thickness) | {"plies": count}
     return parts

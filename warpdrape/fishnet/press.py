@@ -26,6 +26,9 @@ FINEST_GRID = 401
 SETTLED = 1e-7
 """Change in a sweep over the grid's size at which the membrane has settled [-]."""
 MOST_SWEEPS = 20_000
+BEYOND = 5
+"""Cells of the grid beyond the plies on every side: three spacings of the net, whose outermost
+crossovers lie beyond the blank, the more the more its yarns turn."""
 STEEP = 0.02
 """Vertical part of a facet's normal below which it is a wall, and bounds nothing [-]."""
 
@@ -122,12 +125,12 @@ def taut(heights: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarra
 
 
 def _lines(box: np.ndarray, grid: float) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates of the grid's lines, one cell beyond the box on every side [m]."""
+    """Coordinates of the grid's lines, some cells beyond the box on every side [m]."""
     wide = np.ptp(box, axis=0)
-    grid = max(grid, float(wide.max()) / (FINEST_GRID - 3))
+    grid = max(grid, float(wide.max()) / (FINEST_GRID - 2 * BEYOND - 1))
     found = []
     for axis in (0, 1):
-        count = max(2, math.ceil(wide[axis] / grid)) + 2
+        count = max(2, math.ceil(wide[axis] / grid)) + 2 * BEYOND
         middle = box[:, axis].mean()
         found.append(middle + grid * (np.arange(count + 1) - 0.5 * count))
     return found[0], found[1]

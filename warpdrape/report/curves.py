@@ -20,6 +20,8 @@ _KINDS = (
     # title, unit, factor, endings of the columns
     ("Forces", "N", 1.0, ("_force_n", "_force_z_n")),
     ("Ways of the tools", "mm", 1e3, ("_displacement_m",)),
+    ("Angles of tools that turn", "°", 1.0, ("_angle_deg",)),
+    ("Torques of tools that turn", "N·m", 1.0, ("_torque_nm",)),
     ("Largest shear angle", "°", 1.0, ("_max_shear_deg",)),
     ("Wrinkles: largest amplitude", "mm", 1e3, ("_short_wrinkle_m", "_wrinkle_m")),
     ("Pressures", "kPa", 1e-3, ("_pressure_pa",)),

@@ -61,7 +61,8 @@ def judge(
     for ply in summary["plies"]:
         faults += _wrinkles(ply, history, limits)
         faults += _shear(ply, history, limits)
-        faults += _bridges(ply, limits)
+        if ply.get("woven", True):  # a diaphragm spans the mould beside the part
+            faults += _bridges(ply, limits)
         faults += _yarns(ply, limits)
         faults += _misalignment(ply, limits)
     known = [w["name"] for ply in summary["plies"] for w in ply["defects"].get("misalignment", ())]

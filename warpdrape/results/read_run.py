@@ -10,7 +10,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import MISSING, fields
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +90,9 @@ class RunReader:
         record = load_json(self.folder / RUN)
         try:
             names = [ply["fabric"] for ply in record["plies"]]
+            names_of = [ply["name"] for ply in record["plies"]]
             found = [float(record["fabrics"][name]["thickness"]) for name in names]
+            found = [found[names_of.index(name)] for name in self._names()]
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
                 f"{self.folder / RUN} has no thickness of the plies: it is damaged; {AGAIN}"
@@ -96,6 +100,25 @@ class RunReader:
         if len(found) != len(self.summary["plies"]):
             raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {AGAIN}")
         return found
+
+    def woven(self) -> RunReader:
+        """The run with the plies only that have yarns: no sheets of rubber, no films.
+
+        Raises:
+            InputError: if it has none.
+        """
+        kept = [ply.get("woven", True) is not False for ply in self.summary["plies"]]
+        if all(kept):
+            return self
+        if not any(kept):
+            raise InputError(f"run folder {self.folder} has no plies of woven fabrics")
+        part = copy(self)
+        part._plies = list(compress(self._plies, kept))
+        part.summary = {**self.summary, "plies": list(compress(self.summary["plies"], kept))}
+        return part
+
+    def _names(self) -> list[str]:
+        return [ply["name"] for ply in self.summary["plies"]]
 
     def result(self, frame: int = -1) -> Result:
         """Return the run at a frame; negative ones count from the end."""
@@ -106,7 +129,7 @@ class RunReader:
                 f"frame = {frame} is out of range: {self.folder} has frames 0 to {self.frames - 1}"
             )
         time = Usd.TimeCode(self._times[frame])
-        names = [ply["name"] for ply in self.summary["plies"]]
+        names = self._names()
         with self._damage_named():
             plies = [self._ply(m, n, time) for m, n in zip(self._plies, names, strict=True)]
             tools = [

@@ -13,6 +13,7 @@ from warpdrape.contact.compaction import too_hard
 from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
+from warpdrape.materials.laws import Unwoven
 from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
@@ -260,6 +261,7 @@ def _ply_entry(
     return {
         "name": ply.name,
         "fabric": ply.fabric.name,
+        "woven": not isinstance(ply.fabric.tension, Unwoven),
         "triangles": len(formed.triangles),
         "max_shear_deg": float(shear.max()),
         "p95_shear_deg": area_percentile(shear, areas, 0.95),

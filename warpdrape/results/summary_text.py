@@ -206,7 +206,7 @@ def _entry(name: str, value: Any) -> tuple[str, str]:
     if name.endswith("_error") and isinstance(value, float):
         return _words(name), f"{100 * value:.2g} %"
     if value is None:
-        return _words(name), "never" if "_from_" in name else "none"
+        return _words(name.removesuffix(ending)), "never" if "_from_" in name else "none"
     if isinstance(value, Mapping | list) and len(value) > 6:
         return _words(name), f"{len(value)} values, in {SUMMARY}"
     return _words(name), f"{value:.4g}" if isinstance(value, float) else str(value)
