@@ -14,6 +14,9 @@ from warpdrape.contact.face_depths import FaceDepths
 from warpdrape.defects.outline import outer_loop
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.exports.export import export
+from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.results.judgement import not_judged
+from warpdrape.results.limits import Limits
 from warpdrape.scenes import circular_table, diaphragm, hemisphere, three_ply_hemisphere
 from warpdrape.tools.pose import Pose, pose_between, rotation
 
@@ -163,3 +166,20 @@ def test_faces_are_looked_at_where_a_turned_tool_is(device):
     state.plies.x.assign(upright + aside)
     assert FaceDepths(scene, model.spans, device).deepest(state).max() == 0.0
     assert between <= 2.02e-4
+
+
+def test_yarns_of_a_net_are_not_called_fit(tmp_path):
+    fabric = dataclasses.replace(load_fabric("carbon_interlock"), failure_strain_warp=0.01)
+    ply = wd.Ply.rectangle("ply", fabric, 0.2, cells=4)
+    table = wd.Tool.table(radius=0.04)
+    scene = wd.Scene(
+        name="net",
+        plies=[ply],
+        tools=[table.moved((0, 0, -3e-4))],
+        duration=0.01,
+        approach="fishnet",
+    )
+    summary = scene.run(quiet=True).summary
+    said = not_judged(summary, Limits(yarn_strain=0.001, failed_yarn_area=0.0))
+    assert any("yarn strain" in words for words in said)
+    assert any("failed yarns (the approach" in words for words in said)

@@ -80,6 +80,7 @@ def judge(
 def not_judged(summary: Mapping[str, Any], limits: Limits) -> list[str]:
     """What could not be judged for want of data, in words."""
     missing: dict[str, list[str]] = {}
+    strained = "tensions" not in summary.get("not_given", ())
     for ply in summary["plies"]:
         yarns = ply["defects"]["yarns"].values()
         for wanted, known, words in (
@@ -94,9 +95,16 @@ def not_judged(summary: Mapping[str, Any], limits: Limits) -> list[str]:
                 "shear past locking (no locking_angle in the fabric)",
             ),
             (
+                limits.yarn_strain,
+                strained,
+                "yarn strain (the approach has yarns that do not stretch)",
+            ),
+            (
                 limits.failed_yarn_area,
-                all(own["failed_area_share"] is not None for own in yarns),
-                "failed yarns (no failure_strain in the fabric)",
+                strained and all(own["failed_area_share"] is not None for own in yarns),
+                "failed yarns (no failure_strain in the fabric)"
+                if strained
+                else "failed yarns (the approach has yarns that do not stretch)",
             ),
             (
                 limits.fibre_volume_fraction,

@@ -64,7 +64,7 @@ def picture(result: Result, plies: Sequence[FormedPly], field: str, *, tools: bo
     from warpdrape.errors import InputError
     from warpdrape.results.fields import fields_of
     from warpdrape.results.picture import draw_views
-    from warpdrape.results.quantities import quantity_named
+    from warpdrape.results.quantities import QUANTITIES, quantity_named
     from warpdrape.results.tool_distance import TOOL_DISTANCE, ToolDistances
     from warpdrape.results.usd_reader import PlyView, SceneView
 
@@ -77,7 +77,10 @@ def picture(result: Result, plies: Sequence[FormedPly], field: str, *, tools: bo
             placed = [vertices for vertices, _ in surfaces]
             values[TOOL_DISTANCE] = ToolDistances(surfaces).of(ply.points, placed)
         if quantity.primvar not in values:
-            raise InputError(f"ply {ply.name!r} has no {quantity.title} in this run")
+            there = [name for name, known in QUANTITIES.items() if known.primvar in values]
+            raise InputError(
+                f"ply {ply.name!r} has no {quantity.title} in this run; it has: {', '.join(there)}"
+            )
         shown = quantity.of(values[quantity.primvar])
         triangles = np.asarray(ply.triangles, np.int64)
         views.append(
