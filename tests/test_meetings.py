@@ -171,14 +171,8 @@ def test_faces_are_looked_at_where_a_turned_tool_is(device):
 def test_yarns_of_a_net_are_not_called_fit(tmp_path):
     fabric = dataclasses.replace(load_fabric("carbon_interlock"), failure_strain_warp=0.01)
     ply = wd.Ply.rectangle("ply", fabric, 0.2, cells=4)
-    table = wd.Tool.table(radius=0.04)
-    scene = wd.Scene(
-        name="net",
-        plies=[ply],
-        tools=[table.moved((0, 0, -3e-4))],
-        duration=0.01,
-        approach="fishnet",
-    )
+    tools = [wd.Tool.table(radius=0.04).moved((0, 0, -3e-4))]
+    scene = wd.Scene(name="net", plies=[ply], tools=tools, duration=0.01, approach="fishnet")
     summary = scene.run(quiet=True).summary
     said = not_judged(summary, Limits(yarn_strain=0.001, failed_yarn_area=0.0))
     assert any("yarn strain" in words for words in said)
