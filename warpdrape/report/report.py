@@ -267,8 +267,8 @@ def _about(runs: Sequence[_Run]) -> Html:
             "same share of the simulated time (the nearest frame). Where meshes differ, values at "
             "vertices are interpolated linearly in the triangle of the other blank that they lie "
             "in, and values in triangles are those of the triangle there; what lies beside the "
-            "other blank is grey. Plies belong together by name, or, where no names agree, by their "
-            "place in the stack."
+            "other blank is grey. Plies belong together by name, or by their place in the stack "
+            "where no names agree."
         )
     made = ", ".join(f"{name} {version}" for name, version in versions().items())
     lines.append(f"Made on {time.strftime('%Y-%m-%d %H:%M %z')} with {made}.")
