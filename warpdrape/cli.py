@@ -182,6 +182,16 @@ def _judge(arguments: argparse.Namespace) -> int:
     return UNFIT if faults else DONE
 
 
+def _study(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.studies.command import study
+
+    why = study(arguments)
+    return _complain(why, FAILED) if why else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -222,6 +232,7 @@ _COMMANDS = {
     "picture": _picture,
     "export": _export,
     "judge": _judge,
+    "study": _study,
     "verify": _verify,
     "info": _info,
 }

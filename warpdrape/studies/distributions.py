@@ -152,7 +152,9 @@ def _table(kind: str, given: Any, read: Callable[[Any], Any]) -> dict[str, float
     low, high = n.get("low", -math.inf), n.get("high", math.inf)
     if not low < high or not low <= n.get("mode", max(low, min(high, 0.0))) <= high:
         raise InputError(f"{kind} = {dict(given)!r} must have low below high, and mode between")
-    if kind == "normal" and _frozen(kind, n).ppf(0.5) != np.clip(_frozen(kind, n).ppf(0.5), low, high):
+    if kind == "normal" and _frozen(kind, n).ppf(0.5) != np.clip(
+        _frozen(kind, n).ppf(0.5), low, high
+    ):
         raise InputError(f"{kind} = {dict(given)!r}: low and high leave nothing of it")
     return n
 

@@ -80,4 +80,6 @@ def read_fields(path: Path) -> list[PlyFields]:
                 for k, name in enumerate(held["plies"])
             ]
     except (OSError, ValueError, KeyError, EOFError) as error:
-        raise InputError(f"{path} is damaged ({error}): remove it and start the study again") from error
+        raise InputError(
+            f"{path} is damaged ({error}): remove it and start the study again"
+        ) from error

@@ -1,10 +1,10 @@
 """The study folder: its plan, a folder for each run, and beside them how each one ended.
 
-    plan.json            what is run: every run's settings
-    runs/00007/          a run folder like any other
-    outcomes/00007.json  how the run ended, once it has
-    fields/00007.npz     what maps need of it
-    cards/00007.toml     its fabric, where values of that vary
+plan.json            what is run: every run's settings
+runs/00007/          a run folder like any other
+outcomes/00007.json  how the run ended, once it has
+fields/00007.npz     what maps need of it
+cards/00007.toml     its fabric, where values of that vary
 """
 
 from __future__ import annotations
@@ -102,8 +102,11 @@ class StudyFolder:
         path = self.path / PLAN
         before = load_json(path) if path.exists() else None
         if before is None:
-            if self.path.is_dir() and any(n for n in os.listdir(self.path) if n != ".lock"
-                                          and n not in ("runs", "outcomes", "fields", "cards")):
+            if self.path.is_dir() and any(
+                n
+                for n in os.listdir(self.path)
+                if n != ".lock" and n not in ("runs", "outcomes", "fields", "cards")
+            ):
                 raise InputError(
                     f"out = {self.path} holds other files and no study: give another folder"
                 )

@@ -60,9 +60,7 @@ class Measure:
         values = [v for v in self._look(summary, parts, "") if v is not None]
         return max(values) if values else None
 
-    def _of_history(
-        self, parts: list[str], history: Mapping[str, np.ndarray]
-    ) -> float | None:
+    def _of_history(self, parts: list[str], history: Mapping[str, np.ndarray]) -> float | None:
         column = parts[1]
         if column not in history:
             raise InputError(
@@ -79,8 +77,10 @@ class Measure:
             return [_number(at)]
         name, rest = parts[0], parts[1:]
         if isinstance(at, list):
-            named = {str(e.get("name", k)) if isinstance(e, Mapping) else str(k): e
-                     for k, e in enumerate(at)}
+            named = {
+                str(e.get("name", k)) if isinstance(e, Mapping) else str(k): e
+                for k, e in enumerate(at)
+            }
             if name == ALL:
                 return [v for e in named.values() for v in self._look(e, rest, f"{where}.{ALL}")]
             at = named

@@ -88,7 +88,9 @@ def read_parameter(
         InputError: naming the parameter and what is wrong.
     """
     if not isinstance(given, Mapping):
-        raise InputError(f"parameter {name!r}: {said(given)} must be a table, as {{ values = [1] }}")
+        raise InputError(
+            f"parameter {name!r}: {said(given)} must be a table, as {{ values = [1] }}"
+        )
     known = (*KINDS, *_CARD_KEYS)
     for key in given:
         if key not in known:
@@ -130,9 +132,7 @@ def _bare(name: str, given: Mapping[str, Any], script: SceneScript, card: Card |
     return Varied(name, own.unit, None, own)
 
 
-def _without_band(
-    given: Mapping[str, Any], varied: Varied, card: Card | None
-) -> Mapping[str, Any]:
+def _without_band(given: Mapping[str, Any], varied: Varied, card: Card | None) -> Mapping[str, Any]:
     """A confidence band as the normal distribution that has it, about the card's own value.
 
     ``band = 0.04`` is half the width of a 90 % band over the value; ``band = "card"`` is what
@@ -192,5 +192,7 @@ def _of_card(name: str, given: Any, unit: str) -> float:
         try:
             given = float(number)
         except ValueError:
-            raise InputError(f"{name} = {given!r} must be a number in {unit or 'no unit'}") from None
+            raise InputError(
+                f"{name} = {given!r} must be a number in {unit or 'no unit'}"
+            ) from None
     return finite(name, given)

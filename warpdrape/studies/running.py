@@ -95,6 +95,7 @@ def run_study(
     study: Study,
     folder: StudyFolder,
     *,
+    rows: Sequence[Row],
     scheduler: str | None = None,
     workers: int | None = None,
     retry: bool = False,
@@ -105,6 +106,7 @@ def run_study(
     Args:
         study: the study.
         folder: its folder, which is taken; see `StudyFolder.take`.
+        rows: parameters of every run, as `StudyFolder.plan` gives them.
         scheduler: address of a Dask scheduler; None for processes of this machine.
         workers: processes of this machine, None for one a core.
         retry: run again what has failed.
@@ -118,7 +120,6 @@ def run_study(
         KeyboardInterrupt: likewise.
     """
     read_cadence(study.options.checkpoint)
-    rows = folder.plan(study)
     outcomes = folder.ended(range(len(rows)))
     if retry:
         outcomes = _without_failed(folder, outcomes)
