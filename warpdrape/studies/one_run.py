@@ -1,7 +1,7 @@
 """One run of a study, as a worker does it: begin, or go on, or find it done; say how it ended.
 
-It is the run that ``warpdrape run`` does, in a folder like any other. It is done in the worker's own
-process, so that libraries and kernels are loaded once for many runs.
+It is the run that ``warpdrape run`` does, in a folder like any other. It is done in the worker's
+own process, so that libraries and kernels are loaded once for many runs.
 """
 
 from __future__ import annotations
