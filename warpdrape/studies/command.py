@@ -134,9 +134,9 @@ def _measures(table: Table) -> list[str]:
         values = values[np.isfinite(values)]
         if len(values) < 2:
             continue
-        own = [e for e in found if e.measure == name and np.isfinite(e.rank)]
-        most = max(own, key=lambda e: abs(e.rank), default=None)
-        words = f"{most.parameter} (rank correlation {most.rank:+.2f})" if most else ""
+        most = max((e for e in found if e.measure == name), key=lambda e: e.span)
+        ends = f"means from {most.means.min():.4g} to {most.means.max():.4g}"
+        words = f"{most.parameter}: {ends}" if most.span > 0.0 else ""
         numbers = (values.mean(), values.std(ddof=1), values.min(), values.max())
         rows.append((name, *(f"{v:.4g}" for v in numbers), words))
     widths = [max(len(row[k]) for row in rows) for k in range(5)]

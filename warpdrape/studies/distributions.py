@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -150,12 +151,12 @@ def _table(kind: str, given: Any, read: Callable[[Any], Any]) -> dict[str, float
         if n[width] <= 0.0:
             raise InputError(f"{kind}: {width} = {n[width]:g} must be above zero")
     low, high = n.get("low", -math.inf), n.get("high", math.inf)
-    if not low < high or not low <= n.get("mode", max(low, min(high, 0.0))) <= high:
+    if not low < high or not low <= n.get("mode", low) <= high:
         raise InputError(f"{kind} = {dict(given)!r} must have low below high, and mode between")
-    if kind == "normal" and _frozen(kind, n).ppf(0.5) != np.clip(
-        _frozen(kind, n).ppf(0.5), low, high
-    ):
-        raise InputError(f"{kind} = {dict(given)!r}: low and high leave nothing of it")
+    if kind == "normal":
+        below = NormalDist(n["mean"], n["sd"]).cdf
+        if below(high) - below(low) < EDGE:
+            raise InputError(f"{kind} = {dict(given)!r}: low and high leave nothing of it")
     return n
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -190,8 +190,3 @@ def _back(parameter: Any, value: Any) -> Any:
 
 def _name(number: int) -> str:
     return f"{number:0{DIGITS}d}"
-
-
-def frozen(settings: Sequence[str]) -> list[str]:
-    """Settings as an outcome has them."""
-    return list(settings)

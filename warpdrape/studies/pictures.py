@@ -108,14 +108,14 @@ def draw_indices(found: Sequence[Index]) -> Figure:
         each.set_visible(False)
     for each, measure in zip(axes.flat, measures, strict=False):
         own = [index for index in found if index.measure == measure]
-        places = np.arange(len(own))
+        places, both = np.arange(len(own)), np.isfinite([index.total for index in own]).all()
         for shift, kind, colour in ((-0.2, "first", "#35608d"), (0.2, "total", "#6ba3a0")):
             values = np.array([getattr(index, kind) for index in own])
             errors = np.array([getattr(index, f"{kind}_95") for index in own])
             if np.isfinite(values).all():
                 label = "first order" if kind == "first" else "total"
                 each.barh(
-                    places + shift,
+                    places + shift * both,
                     values,
                     0.36,
                     xerr=errors,

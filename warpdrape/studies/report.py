@@ -144,7 +144,7 @@ def _indices_part(
     _write_rows(folder / "indices.csv", names, map(_index_row, found))
     picture = _picture(folder / "indices.png", draw_indices(found), "Sobol indices")
     files += [folder / "indices.csv", folder / "indices.png"]
-    how = f"{found[0].method}, {found[0].runs} runs; bars with 95 % intervals"
+    how = f"{found[0].method}, {found[0].runs} runs; bars with 95 % intervals, below zero is noise"
     return [f"<h2>Sobol indices</h2><p>Shares of variance; {how}.</p>", picture]
 
 

@@ -130,7 +130,7 @@ def run_study(
     if not jobs:
         return rows, outcomes, cost
     if outcomes:
-        progress.say(f"{len(outcomes)} of {len(rows)} runs are done; {len(jobs)} are left.")
+        progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
     before = time.process_time()
     with connected(scheduler, workers) as client, closing(progress):
         for outcome in _as_they_end(client, jobs, folder, progress):

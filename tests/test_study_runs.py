@@ -1,0 +1,402 @@
+"""Studies that run: equal to single runs, gone on with, failures kept, on workers elsewhere."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from resume_checks import assert_same_folder, timeless
+from study_checks import SETTINGS, TINY, write_study
+
+from warpdrape import cli
+from warpdrape.commands.scene_library import find_script
+from warpdrape.errors import InputError
+from warpdrape.results.folder_lock import FolderLock
+from warpdrape.scene import Scene
+from warpdrape.studies.folder import StudyFolder
+from warpdrape.studies.one_run import do_run
+from warpdrape.studies.running import jobs_of, run_study
+from warpdrape.studies.study_file import read_study
+
+ROOT = Path(__file__).parents[1]
+
+
+def jobs(path: Path, out: Path):
+    """Jobs of a study, its folder made."""
+    study, folder = read_study(path), StudyFolder(out)
+    folder.take()
+    folder.release()
+    return jobs_of(study, folder, folder.plan(study))
+
+
+@pytest.fixture(scope="module")
+def address():
+    """A scheduler with two workers that are threads, where nothing need be started."""
+    distributed = pytest.importorskip("distributed")
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False}
+    with distributed.LocalCluster(**options, dashboard_address="127.0.0.1:0") as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture(scope="module")
+def done(address, tmp_path_factory):
+    """A study that is done: its file and folder, to be read only."""
+    place = tmp_path_factory.mktemp("study")
+    path, out = write_study(place), place / "out"
+    argv = ["study", str(path), "--out", str(out), "--scheduler", address, "-q"]
+    assert cli.main(argv) == 0
+    return path, out
+
+
+def test_runs_are_those_of_single_runs(done, tmp_path):
+    _, out = done
+    single = find_script("hemisphere").make(SETTINGS).run(tmp_path / "one", frames=3, threads=1)
+    assert single.completed
+    assert_same_folder(out / "runs" / "00001", tmp_path / "one")
+
+
+def test_failed_runs_are_kept_with_their_reason(done):
+    _, out = done
+    ends = [json.loads((out / "outcomes" / f"0000{k}.json").read_text()) for k in range(5)]
+    assert [end["status"] for end in ends] == [
+        "completed",
+        "completed",
+        "failed",
+        "refused",
+        "completed",
+    ]
+    assert "of the energy is unbalanced" in ends[2]["message"]
+    assert "travels 10 m, more than 20 times" in ends[3]["message"]
+    assert (out / "runs" / "00002" / "summary.json").exists()
+    table = (out / "table.csv").read_text("utf-8").splitlines()
+    assert (len(table) == 6 and table[3].split(",")[-6] == "failed") or "failed" in table[3]
+    page = (out / "report.html").read_text("utf-8")
+    assert "3 completed, 1 failed, 1 refused" in page and "of the energy is unbalanced" in page
+
+
+def test_started_again_only_what_is_missing_runs(done, tmp_path, address, capsys):
+    path, first = done
+    out = tmp_path / "out"
+    shutil.copytree(first, out)
+    shutil.rmtree(out / "runs" / "00001")
+    (out / "outcomes" / "00001.json").unlink()
+    (out / "fields" / "00001.npz").unlink()
+    kept = {f: f.stat().st_mtime_ns for f in out.rglob("runs/*/summary.json")}
+    assert len(kept) == 3
+    argv = ["study", str(path), "--out", str(out), "--scheduler", address]
+    assert cli.main(argv) == 0
+    said, progress = capsys.readouterr()
+    assert "4 of 5 runs have ended before, 1 to go." in progress
+    assert "5 runs: 3 completed, 1 failed, 1 refused" in said
+    assert all(f.stat().st_mtime_ns == when for f, when in kept.items())
+    assert_same_folder(out / "runs" / "00001", first / "runs" / "00001")
+    assert (out / "fields" / "00001.npz").exists()
+
+
+def test_failed_runs_are_run_again_on_request(done, tmp_path, address):
+    path, first = done
+    out = tmp_path / "out"
+    shutil.copytree(first, out)
+    mark = out / "runs" / "00000" / "summary.json"
+    before = mark.stat().st_mtime_ns
+    (out / "outcomes" / "00002.json").write_text('{"status": "lost", "settings": []}')
+    argv = ["study", str(path), "--out", str(out), "--scheduler", address, "-q", "--retry-failed"]
+    assert cli.main(argv) == 0
+    again = json.loads((out / "outcomes" / "00002.json").read_text())
+    assert again["status"] == "failed" and "unbalanced" in again["message"]
+    assert mark.stat().st_mtime_ns == before
+
+
+def test_a_run_that_was_cut_off_goes_on(done, tmp_path, monkeypatch):
+    """A worker that dies leaves a checkpoint: the next one goes on, to the same result."""
+    path, first = done
+    job = jobs(path, tmp_path / "out")[4]
+
+    class Died(BaseException):
+        pass
+
+    from warpdrape import restart
+
+    at_frame = restart.Keeper.at_frame
+
+    def die(self, frame):
+        at_frame(self, frame)
+        if frame == 2:
+            raise Died
+
+    with monkeypatch.context() as patch:
+        patch.setattr(restart.Keeper, "at_frame", die)
+        patch.setattr("warpdrape.recorder.Recorder.finish", lambda *_: None)
+        with pytest.raises(Died):
+            do_run(job)
+    assert not (tmp_path / "out" / "outcomes" / "00004.json").exists()
+    ended = do_run(job)
+    assert ended["status"] == "completed" and ended["resumed"]
+    assert_same_folder(tmp_path / "out" / "runs" / "00004", first / "runs" / "00004")
+
+
+def test_a_run_whose_end_was_not_noted_is_not_run_again(done, tmp_path, monkeypatch):
+    path, first = done
+    job = jobs(path, tmp_path / "out")[0]
+    shutil.copytree(first / "runs" / "00000", tmp_path / "out" / "runs" / "00000")
+    monkeypatch.setattr(Scene, "run", None)
+    assert do_run(job)["status"] == "completed"
+    assert (tmp_path / "out" / "fields" / "00000.npz").exists()
+
+
+def test_a_checkpoint_that_does_not_fit_is_no_end(done, tmp_path):
+    path, first = done
+    job = jobs(path, tmp_path / "out")[0]
+    folder = tmp_path / "out" / "runs" / "00000"
+    folder.mkdir(parents=True)
+    (folder / "checkpoint.npz").write_bytes(b"half a checkpo")
+    ended = do_run(job)
+    assert ended["status"] == "completed" and not ended["resumed"]
+    assert_same_folder(folder, first / "runs" / "00000")
+
+
+def test_a_run_that_another_process_is_at_waits(done, tmp_path):
+    path, _ = done
+    job = jobs(path, tmp_path / "out")[0]
+    folder = tmp_path / "out" / "runs" / "00000"
+    folder.mkdir()
+    lock = FolderLock(folder)
+    lock.take()
+    assert do_run(job)["status"] == "busy"
+    lock.release()
+    assert not (tmp_path / "out" / "outcomes" / "00000.json").exists()
+    assert do_run(job)["status"] == "completed"
+
+
+def test_a_fault_of_ours_is_the_end_of_one_run(done, tmp_path, monkeypatch):
+    path, _ = done
+    job = jobs(path, tmp_path / "out")[0]
+
+    def fault(*_, **__):
+        return 1 // 0
+
+    monkeypatch.setattr(Scene, "run", fault)
+    ended = do_run(job)
+    assert ended["status"] == "failed"
+    assert "unexpected ZeroDivisionError in test_study_runs.py, line" in ended["message"]
+
+
+def test_workers_that_cannot_do_a_run_end_the_study_and_not_the_run(done, tmp_path, address):
+    import dataclasses
+
+    path, _ = done
+    job = jobs(path, tmp_path / "out")[0]
+    elsewhere = dataclasses.replace(job, study=str(tmp_path / "nowhere"))
+    assert "does not see" in do_run(elsewhere)["message"]
+    other = dataclasses.replace(job, versions={**job.versions, "warp-lang": "0.1"})
+    ended = do_run(other)
+    assert ended["status"] == "unfit" and "warp-lang 0.1: install the same" in ended["message"]
+    assert not list((tmp_path / "out" / "outcomes").iterdir())
+
+
+def test_a_study_grows_and_another_is_refused(tmp_path):
+    text = (
+        'scene = "hemisphere"\n[parameters.friction]\nrange = [0.1, 0.4]\n'
+        '[design]\nkind = "sobol"\nruns = 8\n'
+    )
+    folder = StudyFolder(tmp_path / "out")
+    folder.take()
+    eight = folder.plan(read_study(write_study(tmp_path, text)))
+    folder.plan(read_study(write_study(tmp_path, text)))  # the same again
+    more = folder.plan(read_study(write_study(tmp_path, text.replace("runs = 8", "runs = 16"))))
+    assert len(more) == 16 and more[:8] == eight
+    for old, new, words in (
+        ("0.4", "0.5", "other parameters or another design"),
+        ("runs = 8", "runs = 8\nseed = 2", "other parameters or another design"),
+        ("[design]", "[set]\ncells = 4\n[design]", "another [set]"),
+        ("[design]", "[run]\nframes = 4\n[design]", "another [run]"),
+    ):
+        with pytest.raises(InputError) as caught:
+            folder.plan(read_study(write_study(tmp_path, text.replace(old, new))))
+        assert words in str(caught.value) and "give another folder" in str(caught.value)
+
+
+def test_one_study_at_a_time_and_no_foreign_folder(tmp_path, capsys):
+    path = write_study(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years")
+    assert cli.main(["study", str(path), "--out", str(tmp_path / "mine")]) == 2
+    assert "holds other files and no study" in capsys.readouterr().err
+    folder = StudyFolder(tmp_path / "out")
+    folder.take()
+    assert cli.main(["study", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "is being written by another study" in capsys.readouterr().err
+    folder.release()
+
+
+def test_options_that_make_no_sense(tmp_path, capsys, monkeypatch):
+    path = str(write_study(tmp_path))
+    out = ["--out", str(tmp_path / "out")]
+    assert cli.main(["study", path, *out, "--workers", "2", "--scheduler", "tcp://a:1"]) == 2
+    assert "not both" in capsys.readouterr().err
+    assert cli.main(["study", path, *out, "--workers", "0"]) == 2
+    assert "--workers 0 must be 1 or more" in capsys.readouterr().err
+    monkeypatch.setattr("warpdrape.studies.cluster.CONNECT_S", 0.5)
+    assert cli.main(["study", path, *out, "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    said = capsys.readouterr().err
+    assert "no Dask scheduler answers there" in said and said.count("\n") == 1
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert cli.main(["study", path, *out]) == 2
+    assert "pip install 'warpdrape[studies]'" in capsys.readouterr().err
+
+
+def test_the_plan_is_shown_and_nothing_run(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["study", str(write_study(tmp_path)), "--plan"]) == 0
+    said = capsys.readouterr().out
+    assert "tiny: 5 runs of hemisphere, design list" in said
+    assert "run 1: duration 0.002 s, holder_force 200 N, travel 0.02 m" in said
+    assert not (tmp_path / "runs").exists()
+
+
+FABRIC = """
+scene = "hemisphere"
+[set]
+cells = 4
+duration = "2ms"
+[run]
+frames = 2
+[parameters.stiff]
+card = "tension.warp"
+range = [40, 50]
+[design]
+kind = "grid"
+steps = 2
+"""
+
+
+def test_values_of_the_card_reach_the_run(tmp_path):
+    pytest.importorskip("tomli_w")
+    for job, warp in zip(
+        jobs(write_study(tmp_path, FABRIC), tmp_path / "out"), (40e3, 50e3), strict=True
+    ):
+        assert do_run(job)["status"] == "completed"
+        folder = tmp_path / "out" / "runs" / f"{job.number:05d}"
+        record = json.loads((folder / "run.json").read_text("utf-8"))
+        assert record["fabrics"]["carbon_interlock"]["tension"]["warp"] == warp
+        assert (
+            record["parameters"]["fabric"]
+            == str(tmp_path / "out" / "cards" / folder.name) + ".toml"
+        )
+
+
+LOCAL = [sys.executable, "-m", "warpdrape", "study"]
+LONGER = TINY.replace("2ms", "20ms").replace("frames = 3", "frames = 40\ncheckpoint = 1")
+
+
+@pytest.mark.slow
+def test_a_worker_and_a_study_that_are_killed_lose_nothing(tmp_path):
+    import psutil
+
+    path = write_study(tmp_path, LONGER)
+    argv = [*LOCAL, str(path), "--out", str(tmp_path / "out"), "--workers", "2"]
+    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.DEVNULL)
+    worker = _at_work(tmp_path / "out" / "runs" / "00000", psutil.Process(process.pid))
+    os.kill(worker, signal.SIGKILL)
+    ended = _wait_for(tmp_path / "out" / "outcomes" / "00000.json")
+    assert ended["status"] == "completed" and ended["process"] != worker and ended["resumed"]
+    process.kill()  # the study itself: its workers end with it
+    process.wait()
+    left = len(list((tmp_path / "out" / "outcomes").glob("*.json")))
+    time.sleep(2.0)
+    assert left < 5 and len(list((tmp_path / "out" / "outcomes").glob("*.json"))) <= left
+    assert subprocess.run(argv, cwd=tmp_path, check=True, capture_output=True).returncode == 0
+    settings = [s.replace("duration=0.002", "duration=0.02") for s in SETTINGS]
+    single = find_script("hemisphere").make(settings)
+    single.run(tmp_path / "one", frames=40, threads=1, checkpoint=1)
+    assert_same_folder(tmp_path / "out" / "runs" / "00001", tmp_path / "one")
+    first = [s.replace("holder_force=200.0", "holder_force=50.0") for s in settings]
+    find_script("hemisphere").make(first).run(tmp_path / "two", frames=40, threads=1, checkpoint=1)
+    assert_same_folder(tmp_path / "out" / "runs" / "00000", tmp_path / "two")
+
+
+def _at_work(folder: Path, study) -> int:
+    """The worker process that has a run's folder open, once it has kept a checkpoint."""
+    for _ in range(3000):
+        time.sleep(0.02)
+        if not (folder / "checkpoint.npz").exists():
+            continue
+        for process in study.children(recursive=True):
+            if any(str(folder) in file.path for file in process.open_files()):
+                return process.pid
+    raise AssertionError("no worker came to it")
+
+
+def _wait_for(path: Path) -> dict:
+    for _ in range(3000):
+        if path.exists():
+            return json.loads(path.read_text())
+        time.sleep(0.1)
+    raise AssertionError(f"{path.name} did not come")
+
+
+@pytest.mark.slow
+def test_a_scheduler_and_workers_of_other_processes(tmp_path):
+    """As on a cluster: Dask's own commands start them, the study knows an address."""
+    path, place = write_study(tmp_path), str(tmp_path / "scheduler.json")
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    scheduler = subprocess.Popen(
+        [*dask, "--port", "0", "--no-dashboard", "--scheduler-file", place], **quiet
+    )
+    worker = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            "--scheduler-file",
+            place,
+            "--nworkers",
+            "2",
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+        ],
+        **quiet,
+    )
+    try:
+        address = _wait_for(Path(place))["address"]
+        argv = [*LOCAL, str(path), "--out", str(tmp_path / "out"), "--scheduler", address]
+        done = subprocess.run(argv, cwd=tmp_path, capture_output=True, text=True, check=True)
+    finally:
+        worker.terminate()
+        scheduler.terminate()
+    assert "3 completed, 1 failed, 1 refused" in done.stdout
+    ends = [json.loads(f.read_text()) for f in (tmp_path / "out" / "outcomes").iterdir()]
+    assert os.getpid() not in {end["process"] for end in ends}
+    single = find_script("hemisphere").make(SETTINGS)
+    single.run(tmp_path / "one", frames=3, threads=1)
+    assert_same_folder(tmp_path / "out" / "runs" / "00001", tmp_path / "one")
+
+
+@pytest.mark.slow
+def test_sixty_four_runs_on_two_workers_to_the_bit(tmp_path):
+    text = (
+        'scene = "hemisphere"\n[set]\ncells = 4\nduration = "4ms"\n[run]\nframes = 2\n'
+        "[parameters.friction]\nrange = [0.1, 0.4]\n[parameters.angle_deg]\nrange = [0, 45]\n"
+        '[design]\nkind = "sobol"\nruns = 64\n'
+    )
+    path = write_study(tmp_path, text)
+    study = read_study(path)
+    folder = StudyFolder(tmp_path / "out")
+    folder.take()
+    rows = folder.plan(study)
+    _, ends, cost = run_study(study, folder, rows=rows, workers=2, quiet=True)
+    assert len(ends) == 64 and {end["status"] for end in ends.values()} == {"completed"}
+    assert len(cost.workers) == 2
+    for number in (0, 31, 62, 63):
+        scene = study.script.make(study.settings(rows[number]))
+        single = scene.run(None, frames=2, threads=1).summary
+        mine = json.loads((folder.run(number) / "summary.json").read_text("utf-8"))
+        assert timeless(mine) == json.loads(json.dumps(timeless(single)))
