@@ -295,30 +295,56 @@ LOCAL = [sys.executable, "-m", "warpdrape", "study"]
 LONGER = TINY.replace("2ms", "20ms").replace("frames = 3", "frames = 40\ncheckpoint = 1")
 
 
+def assert_equal_to_single_runs(out: Path, place: Path):
+    for number, force in ((0, 50.0), (1, 200.0)):
+        settings = [s.replace("duration=0.002", "duration=0.02") for s in SETTINGS]
+        settings = [s.replace("force=200.0", f"force={force}") for s in settings]
+        single = place / f"single {number}"
+        find_script("hemisphere").make(settings).run(single, frames=40, threads=1, checkpoint=1)
+        assert_same_folder(out / "runs" / f"{number:05d}", single)
+
+
 @pytest.mark.slow
-def test_a_worker_and_a_study_that_are_killed_lose_nothing(tmp_path):
+def test_a_worker_that_is_killed_loses_nothing(tmp_path):
     import psutil
 
-    path = write_study(tmp_path, LONGER)
-    argv = [*LOCAL, str(path), "--out", str(tmp_path / "out"), "--workers", "2"]
+    path, out = write_study(tmp_path, LONGER), tmp_path / "out"
+    argv = [*LOCAL, str(path), "--out", str(out), "--workers", "2"]
     process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.DEVNULL)
-    worker = _at_work(tmp_path / "out" / "runs" / "00000", psutil.Process(process.pid))
+    worker = _at_work(out / "runs" / "00000", psutil.Process(process.pid))
     os.kill(worker, signal.SIGKILL)
-    ended = _wait_for(tmp_path / "out" / "outcomes" / "00000.json")
+    assert process.wait() == 0
+    ended = json.loads((out / "outcomes" / "00000.json").read_text())
     assert ended["status"] == "completed" and ended["process"] != worker and ended["resumed"]
-    process.kill()  # the study itself: its workers end with it
-    process.wait()
-    left = len(list((tmp_path / "out" / "outcomes").glob("*.json")))
-    time.sleep(2.0)
-    assert left < 5 and len(list((tmp_path / "out" / "outcomes").glob("*.json"))) <= left
-    assert subprocess.run(argv, cwd=tmp_path, check=True, capture_output=True).returncode == 0
-    settings = [s.replace("duration=0.002", "duration=0.02") for s in SETTINGS]
-    single = find_script("hemisphere").make(settings)
-    single.run(tmp_path / "one", frames=40, threads=1, checkpoint=1)
-    assert_same_folder(tmp_path / "out" / "runs" / "00001", tmp_path / "one")
-    first = [s.replace("holder_force=200.0", "holder_force=50.0") for s in settings]
-    find_script("hemisphere").make(first).run(tmp_path / "two", frames=40, threads=1, checkpoint=1)
-    assert_same_folder(tmp_path / "out" / "runs" / "00000", tmp_path / "two")
+    assert_equal_to_single_runs(out, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_study_that_is_killed_goes_on(how, tmp_path):
+    """Its workers end with it; a Ctrl-C reports what there is."""
+    import psutil
+
+    path, out = write_study(tmp_path, LONGER), tmp_path / "out"
+    argv = [*LOCAL, str(path), "--out", str(out), "--workers", "2"]
+    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    worker = _at_work(out / "runs" / "00000", psutil.Process(process.pid))
+    os.kill(process.pid, how)
+    said = process.communicate()[1]
+    assert process.returncode == (-how if how == signal.SIGKILL else 1)
+    if how == signal.SIGINT:
+        assert "interrupted: " in said and "start it again and it goes on" in said
+        assert (out / "report.html").exists() and "Traceback" not in said
+    for _ in range(50):
+        if not psutil.pid_exists(worker):
+            break
+        time.sleep(0.1)
+    assert not psutil.pid_exists(worker)
+    assert not (out / "outcomes" / "00000.json").exists()
+    subprocess.run(argv, cwd=tmp_path, check=True, capture_output=True)
+    ended = json.loads((out / "outcomes" / "00000.json").read_text())
+    assert ended["status"] == "completed" and ended["resumed"]
+    assert_equal_to_single_runs(out, tmp_path)
 
 
 def _at_work(folder: Path, study) -> int:

@@ -14,6 +14,7 @@ import traceback
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,7 @@ class Job:
     maps: bool = True
 
 
+@cache
 def our_versions() -> dict[str, str]:
     """Versions on which results depend."""
     from warpdrape.results.run_record import versions

@@ -69,7 +69,7 @@ def jobs_of(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> list[Job]
     """
     script = study.script
     scene = script.name if script.bundled else os.fspath(script.path.resolve())
-    found = []
+    found, versions = [], our_versions()
     for number, row in enumerate(rows):
         settings = study.settings(row)
         if number == 0:
@@ -84,7 +84,7 @@ def jobs_of(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> list[Job]
                 digest=script.digest,
                 settings=tuple(settings),
                 options=asdict(study.options),
-                versions=our_versions(),
+                versions=versions,
                 card=card,
             )
         )
