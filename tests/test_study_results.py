@@ -82,7 +82,7 @@ def test_effects_against_means_taken_by_hand():
 def test_effects_leave_out_runs_that_failed_and_cut_many_values_into_parts():
     x = np.random.default_rng(1).permutation(60).astype(float)
     y, status = (2.0 * x).tolist(), ["completed"] * 60
-    y[0], status[0] = None, "failed"
+    y[0], status[0] = 1e9, "failed"
     (found,) = effects(made_up({"x": x.tolist()}, {"y": y}, status))
     assert found.counts.sum() == 59 and len(found.levels) == 6
     assert found.means == pytest.approx(2.0 * found.levels) and found.rank == pytest.approx(1.0)

@@ -138,9 +138,14 @@ def test_a_run_that_was_cut_off_goes_on(done, tmp_path, monkeypatch):
         with pytest.raises(Died):
             do_run(job)
     assert not (tmp_path / "out" / "outcomes" / "00004.json").exists()
+    asked, run = [], Scene.run
+    monkeypatch.setattr(Scene, "run", lambda *a, **how: (asked.append(how), run(*a, **how))[1])
     ended = do_run(job)
     assert ended["status"] == "completed" and ended["resumed"]
+    assert [how["resume"] for how in asked] == [tmp_path / "out" / "runs" / "00004"]
     assert_same_folder(tmp_path / "out" / "runs" / "00004", first / "runs" / "00004")
+    monkeypatch.setattr(Scene, "run", None)
+    assert do_run(job) == ended  # what has ended is not done again
 
 
 def test_a_run_whose_end_was_not_noted_is_not_run_again(done, tmp_path, monkeypatch):
@@ -213,9 +218,11 @@ def test_a_study_grows_and_another_is_refused(tmp_path):
     folder.plan(read_study(write_study(tmp_path, text)))  # the same again
     more = folder.plan(read_study(write_study(tmp_path, text.replace("runs = 8", "runs = 16"))))
     assert len(more) == 16 and more[:8] == eight
+    text = text.replace("runs = 8", "runs = 16")
     for old, new, words in (
         ("0.4", "0.5", "other parameters or another design"),
-        ("runs = 8", "runs = 8\nseed = 2", "other parameters or another design"),
+        ("runs = 16", "runs = 16\nseed = 2", "other parameters or another design"),
+        ("runs = 16", "runs = 8", "other parameters or another design"),
         ("[design]", "[set]\ncells = 4\n[design]", "another [set]"),
         ("[design]", "[run]\nframes = 4\n[design]", "another [run]"),
     ):
