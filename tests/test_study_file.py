@@ -135,6 +135,16 @@ def test_a_list_from_a_file(tmp_path):
     assert rows == [{"friction": 0.1, "angle_deg": 45.0}, {"friction": 0.2, "angle_deg": 30.0}]
 
 
+def test_fabric_files_are_looked_for_beside_the_study(tmp_path):
+    text = 'scene = "hemisphere"\n[parameters.fabric]\nvalues = ["mine.toml", "carbon_interlock"]\n'
+    rows = read_study(write_study(tmp_path, text + '[design]\nkind = "grid"\n')).rows()
+    assert [row["fabric"] for row in rows] == [str(tmp_path / "mine.toml"), "carbon_interlock"]
+    text = 'scene = "hemisphere"\n[design]\nkind = "list"\nrows = [{ fabric = "mine.toml" }]\n'
+    assert read_study(write_study(tmp_path, text)).rows() == [
+        {"fabric": str(tmp_path / "mine.toml")}
+    ]
+
+
 def test_a_setting_gives_a_value_back_to_the_last_bit():
     script = find_script("hemisphere")
     for value in (0.1 + 0.2, 1e-17, 123456.789012345678, 1.0 / 3.0):
@@ -280,6 +290,10 @@ BAD = {
     "a map option": (
         'scene = "hemisphere"\n' + ONE + LATIN + '[maps]\nwrinkle = "3 kg"',
         "wrinkle = '3 kg': units it may be given with: m",
+    ),
+    "a name that leads elsewhere": (
+        'scene = "hemisphere"\nname = "../a"\n' + ONE + LATIN,
+        "name = '../a' must be of letters",
     ),
     "limits not there": ('limits = "no.toml"\nscene = "hemisphere"\n' + ONE + LATIN, "no.toml"),
 }

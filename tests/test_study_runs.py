@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from resume_checks import assert_same_folder, timeless
@@ -16,12 +17,12 @@ from study_checks import SETTINGS, TINY, write_study
 
 from warpdrape import cli
 from warpdrape.commands.scene_library import find_script
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.folder_lock import FolderLock
 from warpdrape.scene import Scene
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import do_run
-from warpdrape.studies.running import jobs_of, run_study
+from warpdrape.studies.running import _outcome, jobs_of, run_study
 from warpdrape.studies.study_file import read_study
 
 ROOT = Path(__file__).parents[1]
@@ -258,6 +259,30 @@ def test_options_that_make_no_sense(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert cli.main(["study", path, *out]) == 2
     assert "pip install 'warpdrape[studies]'" in capsys.readouterr().err
+
+
+def test_a_worker_that_dies_over_a_run_and_a_scheduler_that_is_gone(tmp_path):
+    """What Dask says of them becomes an end of that run, or a line; nothing has ended but it."""
+    distributed = pytest.importorskip("distributed")
+    from concurrent.futures import CancelledError
+
+    job, folder = jobs(write_study(tmp_path), tmp_path / "out")[1], StudyFolder(tmp_path / "out")
+    worker = SimpleNamespace(address="tcp://here:1")
+
+    def raising(error):
+        def result():
+            raise error
+
+        return SimpleNamespace(result=result)
+
+    killed = distributed.KilledWorker("run", worker, 3)
+    ended = _outcome(raising(killed), job, folder, distributed)
+    assert ended["status"] == "lost" and "its worker died 4 times over it" in ended["message"]
+    assert json.loads(folder.outcome(1).read_text("utf-8")) == ended
+    with pytest.raises(RunFailed, match="the scheduler is gone"):
+        _outcome(raising(CancelledError()), job, folder, distributed)
+    with pytest.raises(InputError, match=r"cannot load warpdrape .*install the same version"):
+        _outcome(raising(ImportError("no")), job, folder, distributed)
 
 
 def test_the_plan_is_shown_and_nothing_run(tmp_path, capsys, monkeypatch):

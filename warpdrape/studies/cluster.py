@@ -45,6 +45,8 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
         InputError: if the extra is not installed, or nobody answers at the address.
     """
     distributed = needed("distributed", "studies")
+    for name in ("distributed", "tornado", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is said here
     if scheduler is None:
         with _local(distributed, workers or physical_cores()) as client:
             yield client
@@ -63,8 +65,6 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 
 @contextmanager
 def _local(distributed: Any, workers: int) -> Iterator[Client]:
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
     import dask
 
     with (

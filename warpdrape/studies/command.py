@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.commands.arguments import OUT, whole
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.progress import in_words
 from warpdrape.studies.design import Row
 from warpdrape.studies.effects import effects
@@ -65,10 +65,12 @@ def _run(
             retry=arguments.retry_failed,
             quiet=arguments.quiet,
         )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, RunFailed) as reason:
         outcomes, cost = folder.ended(range(len(rows))), None
-        cut_off = f"interrupted: {len(outcomes)} of {len(rows)} runs have ended; start it again"
-        cut_off += " and it goes on"
+        cut_off = (
+            f"{str(reason) or 'interrupted'}: {len(outcomes)} of {len(rows)} runs have ended; "
+        )
+        cut_off += "start it again and it goes on"
     table, files = write_report(asked, folder, rows, outcomes)
     print(study_text(asked, table, files))
     if cost is not None and cost.runs_s > 0.0:
@@ -116,7 +118,7 @@ def study_text(asked: Study, table: Table, files: Sequence[Path]) -> str:
     lines += [f"note: {words}" for words in table.complaints]
     bad = [k for k, status in enumerate(statuses) if status != COMPLETED and status in _BAD]
     if bad:
-        lines.append(f"runs that did not complete: {_few(bad)}; table.csv says why")
+        lines.append(f"not completed: run {_few(bad)}; table.csv says why")
     lines.append(f"report in {files[0]}, table in {files[1]}")
     return "\n".join(lines)
 

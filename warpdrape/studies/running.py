@@ -6,12 +6,13 @@ import os
 import time
 import uuid
 from collections.abc import Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from warpdrape.cadence import read_cadence
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.pyvista_mesh import needed
 from warpdrape.studies.cluster import connected
 from warpdrape.studies.design import Row
@@ -116,8 +117,9 @@ def run_study(
         The runs' parameters, how each ended (those that have), and the cost of this time.
 
     Raises:
-        InputError: if the study cannot be run so; what has ended is kept.
-        KeyboardInterrupt: likewise.
+        InputError: if the study cannot be run so; what has ended is kept, as it is after
+        RunFailed: when the scheduler is gone, or the disk refuses, and
+        KeyboardInterrupt.
     """
     read_cadence(study.options.checkpoint)
     outcomes = folder.ended(range(len(rows)))
@@ -179,6 +181,8 @@ def _outcome(future: Any, job: Job, folder: StudyFolder, distributed: Any) -> di
         outcome = ended(job, LOST, words)
         write_json(folder.outcome(job.number), outcome)
         return outcome
+    except CancelledError as error:
+        raise RunFailed("the scheduler is gone") from error
     except ImportError as error:
         raise InputError(
             f"the scheduler's workers cannot load warpdrape ({error}): install the same version "

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ RUN_KEYS = ("frames", "device", "threads", "checkpoint")
 MAP_KEYS = ("locking_deg", "wrinkle")
 FRAMES = 10
 """Frames of each run, where nothing is asked: a study looks at how runs end."""
+_NAME = re.compile(r"\w[\w .-]*")
 FABRIC = "fabric"
 """Parameter of a scene that takes a fabric's name or file."""
 
@@ -126,8 +128,9 @@ def _study(file: Path, given: Mapping[str, Any]) -> Study:
         raise InputError("scene is missing: give a bundled name or a script, scene = 'hemisphere'")
     script = find_script(_beside(file, given["scene"]))
     fixed = _fixed(file, _table(given, "set"), script)
-    tables = _table(given, "parameters")
+    tables = {name: _with_files(file, name, t) for name, t in _table(given, "parameters").items()}
     design = read_design(given.get("design"), file.parent)
+    design = replace(design, rows=tuple(_row_with_files(file, row) for row in design.rows))
     card = _card(script, fixed) if any("card" in _as_table(t) for t in tables.values()) else None
     parameters = _parameters(tables, design, script, card)
     for parameter in parameters:
@@ -138,8 +141,11 @@ def _study(file: Path, given: Mapping[str, Any]) -> Study:
     limits = None
     if "limits" in given:
         limits = read_limits(file.parent / str(given["limits"]))
+    name = given.get("name", file.stem)
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InputError(f"name = {said(name)} must be of letters, digits, spaces, -, _ and dots")
     return Study(
-        name=str(given.get("name", file.stem)),
+        name=name,
         path=file,
         script=script,
         fixed=fixed,
@@ -197,6 +203,19 @@ def _beside(file: Path, name: str) -> str:
     beside = file.parent / name
     is_file = name.endswith((".py", ".toml")) or "/" in name or os.sep in name
     return os.fspath(beside.resolve()) if is_file else name
+
+
+def _with_files(file: Path, name: str, table: Any) -> Any:
+    """A parameter's table, its values full paths where they are fabric files."""
+    if name != FABRIC or not isinstance(_as_table(table).get("values"), list):
+        return table
+    return {**table, "values": [_row_with_files(file, {name: v})[name] for v in table["values"]]}
+
+
+def _row_with_files(file: Path, row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A row of a list, likewise."""
+    fabric = row.get(FABRIC)
+    return {**row, FABRIC: _beside(file, fabric)} if isinstance(fabric, str) else row
 
 
 def _card(script: SceneScript, fixed: tuple[str, ...]) -> Card | None:
