@@ -19,6 +19,7 @@ CONNECT_S = 20
 """Longest wait for a scheduler's answer [s]."""
 
 
+_TALKERS = ("distributed", "tornado", "asyncio")
 QUIET = {
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.monitor-interval": "1s",
@@ -45,8 +46,9 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
         InputError: if the extra is not installed, or nobody answers at the address.
     """
     distributed = needed("distributed", "studies")
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is said here
+    for name in [*_TALKERS, *logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in _TALKERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is said here
     if scheduler is None:
         with _local(distributed, workers or physical_cores()) as client:
             yield client
