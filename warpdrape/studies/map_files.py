@@ -31,7 +31,7 @@ def draw_map(ply: PlyMap, runs: int) -> Figure:
     for each, (name, words) in zip(axes.flat, QUANTITIES.items(), strict=True):
         _draw(figure, each, ply, values[name], name, words)
     figure.suptitle(f"{ply.name}, {runs} runs, on the flat blank", size=12, color=INK)
-    figure.subplots_adjust(0.06, 0.05, 0.97, 0.92, wspace=0.16, hspace=0.22)
+    figure.subplots_adjust(0.06, 0.05, 0.94, 0.92, wspace=0.16, hspace=0.22)
     return figure
 
 
