@@ -233,6 +233,16 @@ def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+def _study(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.studies.command import study
+
+    why = study(arguments)
+    return _complain(why, FAILED) if why else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -275,6 +285,7 @@ _COMMANDS = {
     "judge": _judge,
     "report": _report,
     "calibrate": _calibrate,
+    "study": _study,
     "verify": _verify,
     "info": _info,
 }

@@ -44,6 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_judge(commands)
     _add_report(commands)
     _add_calibrate(commands)
+    _add_study(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -268,6 +269,28 @@ def _add_export(commands: Any) -> None:
         "mapped: unit=1mm, farthest=10mm; --trim with a curve: along=z",
     )
     export.add_argument("--overwrite", action="store_true", help="replace the file")
+
+
+def _add_study(commands: Any) -> None:
+    study = _add(
+        commands,
+        "study",
+        "run a scene many times, with parameters that vary, and report what they do",
+        "Started again, it runs only what is missing. Exit status: 0 all runs have ended, failed "
+        "ones among them too; 1 it was interrupted, or none completed; 2 the input cannot be used.",
+    )
+    study.add_argument("study", metavar="STUDY", help="a .toml file")
+    study.add_argument("--out", metavar="DIR", help=f"folder; {OUT}/NAME if not given")
+    study.add_argument("--workers", metavar="N", help="processes here; one a core if not given")
+    study.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler whose workers do the runs"
+    )
+    study.add_argument(
+        "--retry-failed", action="store_true", help="run again what did not complete"
+    )
+    study.add_argument(
+        "--plan", action="store_true", help="show what would be run, and run nothing"
+    )
 
 
 def whole(option: str, text: str, least: int | None = None) -> int:

@@ -13,6 +13,10 @@ LOCK = ".lock"
 """Name of the file in the run folder, there while a run is."""
 
 
+class FolderBusy(InputError):
+    """Another run is at it now: one may wait for its end."""
+
+
 class FolderLock:
     """Holds a folder for one run, from `take` to `release`.
 
@@ -38,7 +42,7 @@ class FolderLock:
                 _lock(file)
             except BlockingIOError as error:
                 os.close(file)
-                raise InputError(
+                raise FolderBusy(
                     f"out = {self._path.parent} is being written by another run: wait for its end, "
                     "or give another folder"
                 ) from error

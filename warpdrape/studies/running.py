@@ -1,0 +1,205 @@
+"""A study from start to end: what is missing runs, how each run ends is kept, the rest goes on."""
+
+from __future__ import annotations
+
+import os
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+from concurrent.futures import CancelledError
+from contextlib import closing
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from warpdrape.cadence import read_cadence
+from warpdrape.errors import InputError, RunFailed
+from warpdrape.results.pyvista_mesh import needed
+from warpdrape.studies.cluster import connected
+from warpdrape.studies.design import Row
+from warpdrape.studies.folder import StudyFolder, write_json
+from warpdrape.studies.one_run import (
+    BUSY,
+    COMPLETED,
+    LOST,
+    UNFIT,
+    Job,
+    do_run,
+    ended,
+    our_versions,
+)
+from warpdrape.studies.progress import StudyProgress
+from warpdrape.studies.study_file import Study
+
+BUSY_S = 2.0
+"""How long a run waits that another process is at, before it is tried again [s]."""
+
+
+@dataclass(eq=False)
+class Cost:
+    """Processor time of a study: that of its runs, and beyond them.
+
+    Attributes:
+        runs_s: in runs [s].
+        own_s: of this process [s].
+        workers: processor time of each worker's process when its last run ended [s].
+    """
+
+    runs_s: float = 0.0
+    own_s: float = 0.0
+    workers: dict[tuple[str, int], float] = field(default_factory=dict)
+
+    def add(self, outcome: Mapping[str, Any]) -> None:
+        """Take note of a run."""
+        if "cpu_s" not in outcome:
+            return
+        self.runs_s += outcome["cpu_s"]
+        who = (outcome["host"], outcome["process"])
+        self.workers[who] = max(self.workers.get(who, 0.0), outcome["worker_cpu_s"])
+
+    @property
+    def beyond_s(self) -> float:
+        """Processor time of workers and this process that no run took [s]."""
+        return max(sum(self.workers.values()) - self.runs_s, 0.0) + self.own_s
+
+
+def jobs_of(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> list[Job]:
+    """The runs of a study as workers take them.
+
+    Raises:
+        InputError: where the scene does not take a run's settings.
+    """
+    script = study.script
+    scene = script.name if script.bundled else os.fspath(script.path.resolve())
+    found, versions = [], our_versions()
+    for number, row in enumerate(rows):
+        settings = study.settings(row)
+        if number == 0:
+            script.read_settings(settings)
+        values = study.card_values(row)
+        card = study.card.with_values(values, study.name) if study.card and values else None
+        found.append(
+            Job(
+                number=number,
+                study=os.fspath(folder.path.resolve()),
+                scene=scene,
+                digest=script.digest,
+                settings=tuple(settings),
+                options=asdict(study.options),
+                versions=versions,
+                card=card,
+            )
+        )
+    return found
+
+
+def run_study(
+    study: Study,
+    folder: StudyFolder,
+    *,
+    rows: Sequence[Row],
+    scheduler: str | None = None,
+    workers: int | None = None,
+    retry: bool = False,
+    quiet: bool = False,
+) -> tuple[list[Row], dict[int, dict[str, Any]], Cost]:
+    """Run what is missing of a study.
+
+    Args:
+        study: the study.
+        folder: its folder, which is taken; see `StudyFolder.take`.
+        rows: parameters of every run, as `StudyFolder.plan` gives them.
+        scheduler: address of a Dask scheduler; None for processes of this machine.
+        workers: processes of this machine, None for one a core.
+        retry: run again what has failed.
+        quiet: show no progress.
+
+    Returns:
+        The runs' parameters, how each ended (those that have), and the cost of this time.
+
+    Raises:
+        InputError: if the study cannot be run so; what has ended is kept, as it is after
+        RunFailed: when the scheduler is gone, or the disk refuses, and
+        KeyboardInterrupt.
+    """
+    read_cadence(study.options.checkpoint)
+    outcomes = folder.ended(range(len(rows)))
+    if retry:
+        outcomes = _without_failed(folder, outcomes)
+    jobs = [job for job in jobs_of(study, folder, rows) if job.number not in outcomes]
+    failed = sum(each["status"] != COMPLETED for each in outcomes.values())
+    progress = StudyProgress(len(rows), len(outcomes), failed, quiet=quiet)
+    cost = Cost()
+    if not jobs:
+        return rows, outcomes, cost
+    if outcomes:
+        progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
+    before = time.process_time()
+    with connected(scheduler, workers) as client, closing(progress):
+        for outcome in _as_they_end(client, jobs, folder, progress):
+            outcomes[outcome["run"]] = outcome
+            cost.add(outcome)
+            well = outcome["status"] == COMPLETED
+            why = f"run {outcome['run']} {outcome['status']}: {outcome['message']}"
+            progress.ended(well=well, why="" if well else why)
+    cost.own_s = time.process_time() - before
+    return rows, outcomes, cost
+
+
+def _as_they_end(client: Any, jobs: Sequence[Job], folder: StudyFolder, progress: StudyProgress):
+    """How runs end, one after the other."""
+    distributed = needed("distributed", "studies")
+    session = uuid.uuid4().hex[:8]  # two studies at one scheduler share no names
+    by_key = {f"warpdrape-{session}-{job.number}": job for job in jobs}
+    if not client.scheduler_info(n_workers=0).get("total_threads", 1):
+        progress.say("The scheduler has no workers yet: runs begin when they come.")
+    futures = client.map(do_run, jobs, key=list(by_key), pure=False)
+    coming = distributed.as_completed(futures, loop=client.loop)
+    del futures
+    for future in coming:
+        job = by_key[future.key]
+        outcome = _outcome(future, job, folder, distributed)
+        if outcome["status"] == UNFIT:
+            raise InputError(outcome["message"])
+        if outcome["status"] == BUSY:
+            key = f"{future.key}-again"
+            by_key[key] = job
+            coming.add(client.submit(do_run, job, BUSY_S, key=key, pure=False))
+            continue
+        yield outcome
+
+
+def _outcome(future: Any, job: Job, folder: StudyFolder, distributed: Any) -> dict[str, Any]:
+    """How a run ended, where its worker could say so or not."""
+    try:
+        return future.result()
+    except distributed.KilledWorker as error:
+        words = (
+            f"its worker died {error.allowed_failures + 1} times over it, the last on "
+            f"{error.last_worker.address}: most likely for want of memory, or by a fault of the "
+            "system; take fewer workers, or a coarser mesh"
+        )
+        outcome = ended(job, LOST, words)
+        write_json(folder.outcome(job.number), outcome)
+        return outcome
+    except CancelledError as error:
+        raise RunFailed("the scheduler is gone") from error
+    except ImportError as error:
+        raise InputError(
+            f"the scheduler's workers cannot load warpdrape ({error}): install the same version "
+            "of it there"
+        ) from error
+
+
+def _without_failed(
+    folder: StudyFolder, outcomes: Mapping[int, dict[str, Any]]
+) -> dict[int, dict[str, Any]]:
+    """Outcomes but those of runs that failed, which are forgotten."""
+    kept = {}
+    for number, outcome in outcomes.items():
+        if outcome["status"] == COMPLETED:
+            kept[number] = outcome
+            continue
+        for path in (folder.run(number) / "summary.json", folder.outcome(number)):
+            path.unlink(missing_ok=True)
+        (folder.run(number) / "checkpoint.npz").unlink(missing_ok=True)
+    return kept
