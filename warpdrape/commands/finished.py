@@ -10,6 +10,7 @@ from warpdrape.results.run_folder import RESULTS, RUN, as_json, partial_path
 from warpdrape.results.run_record import run_record
 from warpdrape.results.run_tables import check_whole, load_json, read_summary
 from warpdrape.setup import Setup
+from warpdrape.stops import asked_to_end
 
 _OF_SCENE = (
     "scene",
@@ -57,7 +58,8 @@ def what_differs(folder: Path, scene: Setup, *, frames: int, device: str) -> str
     except (InputError, KeyError, TypeError) as error:
         return f"no finished run ({error})" if isinstance(error, InputError) else "a damaged run"
     if summary["status"] != "completed":
-        return f"a run that failed ({summary['message']})"
+        way = ", and warpdrape resume goes on with it" if asked_to_end(summary["message"]) else ""
+        return f"a run that failed ({summary['message']}{way})"
     wanted: dict[str, Any] = as_json(run_record(scene, None, frames, 1), "run")
     for name in _OF_SCENE:
         if record.get(name) != wanted[name]:

@@ -9,6 +9,7 @@ from typing import Any
 from warpdrape.results.comparison import Compared, figures, reference_of
 from warpdrape.results.summary_text import WIDTH, duration_text, millimetres, table_text
 
+_LARGEST = "_max_force_n"
 _WHOLE = 0.9995
 """Share of a ply that is told as all of it [-]."""
 
@@ -43,10 +44,9 @@ def _shapes(rows: Sequence[Mapping[str, Any]], ply: str) -> list[tuple[str, ...]
 
 def _efforts(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of wrinkles, forces, energy and time, its head first."""
-    ending = "_max_force_n"
-    tools = [name for name in rows[0] if name.endswith(ending)]
-    forces = [f"force: {name.removesuffix(ending)}" for name in tools]
-    table = [("largest", "wrinkles", "yarn strain", *forces, "energy error", "steps", "time")]
+    tools = [name for name in rows[0] if name.endswith(_LARGEST)]
+    forces = [f"force: {name.removesuffix(_LARGEST)}" for name in tools]
+    table = [("approach", "wrinkles", "yarn strain", *forces, "energy error", "time")]
     for row in rows:
         table.append(
             (
@@ -55,7 +55,6 @@ def _efforts(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
                 _strain(row),
                 *("-" if row[name] is None else f"{row[name]:.1f} N" for name in tools),
                 "-" if row["energy_error"] is None else f"{100 * row['energy_error']:.2g} %",
-                "-" if row["steps"] is None else f"{row['steps']:,}",
                 "-" if row["wall_s"] is None else duration_text(row["wall_s"]),
             )
         )
@@ -88,8 +87,10 @@ def _notes(runs: Sequence[Compared], rows: Sequence[Mapping[str, Any]]) -> list[
     """What failed, what is not given, what is not compared, and warnings."""
     reference = reference_of(runs)
     notes = [f"{run.approach} failed: {run.failure}" for run in runs if run.failure]
-    if notes and reference is not None:
+    if notes and reference not in (None, runs[0]):
         notes.append(f"Differences are from {reference.approach}, the first that has a result.")
+    if any(name.endswith(_LARGEST) for name in rows[0]):
+        notes.append("Forces are each tool's largest, strains the largest of either family.")
     for run in runs:
         if "not_given" in run.summary:
             notes.append(f"{run.approach} gives no {', '.join(run.summary['not_given'])}.")
