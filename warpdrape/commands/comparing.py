@@ -147,7 +147,7 @@ def _run_all(
             failure = str(scene)
         else:
             say(heading)
-            failure = _run(scene, place, arguments, options)
+            failure = run_one(scene, place, arguments, options)
             stopped = f"{name} was {failure}" if asked_to_end(failure) else ""
         if failure and not stopped:
             say(f"{name} failed: {failure}")
@@ -155,8 +155,10 @@ def _run_all(
     return runs
 
 
-def _run(scene: Scene, place: Path, arguments: argparse.Namespace, options: dict[str, Any]) -> str:
-    """Run a scene; return why it failed, empty where it did not."""
+def run_one(
+    scene: Scene, place: Path, arguments: argparse.Namespace, options: dict[str, Any]
+) -> str:
+    """Run a scene as ``run`` does; return why it failed, empty where it did not."""
     try:
         result = scene.run(place, quiet=arguments.quiet, overwrite=arguments.overwrite, **options)
     except (InputError, RunFailed) as error:
