@@ -203,7 +203,7 @@ def test_a_failure_is_told_and_stops_no_other(copied, monkeypatch, capsys):
     said, complaint = capsys.readouterr()
     assert complaint.count(reason) == 2
     for name in ("fibre_frame", "green_naghdi"):
-        assert f"{name} failed: {reason}" in said
+        assert f"{name} has no result: {reason}" in said
         row = rows(copied)[name]
         assert row["status"] == "failed" and row["message"] == reason
         assert row["max_shear_deg"] == "" == row["wall_s"] == row["warnings"]

@@ -150,7 +150,7 @@ def _run_all(
             failure = run_one(scene, place, arguments, options)
             stopped = f"{name} was {failure}" if asked_to_end(failure) else ""
         if failure and not stopped:
-            say(f"{name} failed: {failure}")
+            say(f"{name} has no result: {failure}")
         runs.append(Compared(name, place, failure) if failure else read_compared(name, place))
     return runs
 

@@ -86,7 +86,7 @@ def _strain(row: Mapping[str, Any]) -> str:
 def _notes(runs: Sequence[Compared], rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """What failed, what is not given, what is not compared, and warnings."""
     reference = reference_of(runs)
-    notes = [f"{run.approach} failed: {run.failure}" for run in runs if run.failure]
+    notes = [f"{run.approach} has no result: {run.failure}" for run in runs if run.failure]
     if notes and reference not in (None, runs[0]):
         notes.append(f"Differences are from {reference.approach}, the first that has a result.")
     if any(name.endswith(_LARGEST) for name in rows[0]):
