@@ -287,6 +287,7 @@ def test_a_script_without_the_parameter(tmp_path, capsys):
     argv = [script, "--approaches", "fishnet", "--out", tmp_path / "out"]
     assert compare(*argv, "--ply", "ply_2") == 0
     assert capsys.readouterr().out.startswith("ply_2 ")
+    assert summary(tmp_path / "out", "fishnet")["approach"] == "fishnet"
     with (tmp_path / "out" / "comparison.csv").open(encoding="utf-8") as file:
         assert [row["ply"] for row in csv.DictReader(file)] == ["ply_1", "ply_2"]
     script.write_text(f"{SCRIPT}# changed\n", "utf-8")

@@ -79,9 +79,9 @@ def _check_settings(script: SceneScript, settings: Sequence[str]) -> None:
 def _build(script: SceneScript, approach: str, settings: Sequence[str]) -> Scene | InputError:
     """The scene by one approach; the error where it has none by that."""
     try:
-        if "approach" in script.parameters:
-            return script.make([*settings, f"approach={approach}"])
-        return replace(script.make(settings), approach=approach)
+        own = [f"approach={approach}"] if "approach" in script.parameters else []
+        scene = script.make([*settings, *own])
+        return scene if scene.approach == approach else replace(scene, approach=approach)
     except InputError as error:
         return error
 
