@@ -90,7 +90,9 @@ def _notes(runs: Sequence[Compared], rows: Sequence[Mapping[str, Any]]) -> list[
     if notes and reference not in (None, runs[0]):
         notes.append(f"Differences are from {reference.approach}, the first that has a result.")
     if any(name.endswith(_LARGEST) for name in rows[0]):
-        notes.append("Forces are each tool's largest of all frames, strains the larger of both families'.")
+        notes.append(
+            "Forces are each tool's largest of all frames, strains the larger of both families'."
+        )
     for run in runs:
         if "not_given" in run.summary:
             notes.append(f"{run.approach} gives no {', '.join(run.summary['not_given'])}.")
