@@ -66,7 +66,7 @@ def _dispatch(argv: list[str]) -> int:
         parser.print_help()
         return DONE
     command = _COMMANDS[arguments.command]
-    if arguments.quiet and command not in (_run, _resume):
+    if arguments.quiet and command not in (_run, _resume, _compare):
         with redirect_stdout(io.StringIO()):
             return command(arguments)
     return command(arguments)
@@ -86,6 +86,15 @@ def _resume(arguments: argparse.Namespace) -> int:
         print(f"{arguments.run} is complete: extend it with --extend, or look at its summary.json")
         return DONE
     return _ended(result)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.comparing import compare
+
+    failed = [run for run in compare(arguments) if run.failure]
+    if not failed:
+        return DONE
+    return _complain("; ".join(f"{run.approach}: {run.failure}" for run in failed), FAILED)
 
 
 def _ended(result: Result) -> int:
@@ -278,6 +287,7 @@ def _info(_: argparse.Namespace) -> int:
 _COMMANDS = {
     "run": _run,
     "resume": _resume,
+    "compare": _compare,
     "scenes": _scenes,
     "fabrics": _fabrics,
     "picture": _picture,

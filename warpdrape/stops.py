@@ -14,6 +14,11 @@ _WORDS = {
 }
 
 
+def asked_to_end(message: str) -> bool:
+    """Whether a run ended as a signal asked it to, by the message of its summary."""
+    return message in _WORDS.values()
+
+
 class Stops:
     """Takes note of SIGINT, SIGTERM and SIGHUP; a context manager.
 

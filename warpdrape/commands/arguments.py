@@ -34,6 +34,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
     _add_run(commands)
     _add_resume(commands)
+    _add_compare(commands)
     scenes = _add(commands, "scenes", "list the bundled scenes, or one scene's parameters")
     scenes.add_argument("scene", metavar="SCENE", nargs="?", help="a bundled name, or a script")
     fabrics = _add(commands, "fabrics", "list the fabrics, or show one with its sources")
@@ -65,7 +66,11 @@ def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.Arg
         epilog=epilog,
         allow_abbrev=False,
     )
-    quiet = "show no progress" if name in ("run", "resume") else "print nothing but what is wrong"
+    quiet = (
+        "show no progress"
+        if name in ("run", "resume", "compare")
+        else "print nothing but what is wrong"
+    )
     command.add_argument("-q", "--quiet", action="store_true", help=quiet)
     return command
 
@@ -78,16 +83,27 @@ def _add_run(commands: Any) -> None:
         "Exit status: 0 done, 1 the run failed, 2 the input cannot be used. "
         "Ctrl-C stops a run and keeps the frames it has; warpdrape resume goes on.",
     )
+    _add_scene(run)
     run.add_argument(
+        "--out", metavar="DIR", help=f"folder for the results; {OUT}/SCENE if not given"
+    )
+    _add_settings(run)
+    _add_how(run)
+    run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
+
+
+def _add_scene(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
         "scene",
         metavar="SCENE",
         help="a bundled name (see warpdrape scenes), or the "
         "path of a script with a function build()",
     )
-    run.add_argument(
-        "--out", metavar="DIR", help=f"folder for the results; {OUT}/SCENE if not given"
-    )
-    run.add_argument(
+
+
+def _add_settings(command: argparse.ArgumentParser) -> None:
+    """Options of what runs a scene from its start."""
+    command.add_argument(
         "--set",
         metavar="NAME=VALUE",
         action="append",
@@ -95,21 +111,53 @@ def _add_run(commands: Any) -> None:
         dest="settings",
         help="a parameter of the scene, in SI units; may be repeated",
     )
-    run.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
-    run.add_argument(
+    command.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
+    command.add_argument(
         "--frames",
         metavar="N",
         default="60",
         help="frames of the animation and rows of the history; 60 if not given",
     )
-    run.add_argument(
+    command.add_argument(
         "--threads",
         metavar="N",
         help="threads of the CPU; if not given, the physical cores for a large model, "
         "one for a small one",
     )
-    _add_how(run)
-    run.add_argument("--overwrite", action="store_true", help="replace the results in the folder")
+
+
+def _add_compare(commands: Any) -> None:
+    compare = _add(
+        commands,
+        "compare",
+        "run a scene by several approaches and put them side by side",
+        "Writes a run folder for each, comparison.csv and comparison.png, and prints the figures. "
+        "Runs that are there already, finished and of the same scene, are taken as they are. "
+        "Exit status: 0 done, 1 an approach failed, 2 the input cannot be used.",
+    )
+    _add_scene(compare)
+    compare.add_argument(
+        "--approaches",
+        metavar="A,B,…",
+        help="their names, differences being from the first; all of them if not given",
+    )
+    compare.add_argument(
+        "--out",
+        metavar="DIR",
+        help=f"folder for the runs and the comparison; {OUT}/SCENE_approaches if not given",
+    )
+    _add_settings(compare)
+    compare.add_argument(
+        "--ply", metavar="NAME", help="the ply that is drawn and printed; the first if not given"
+    )
+    compare.add_argument(
+        "--report", action="store_true", help="write comparison.html too, as warpdrape report does"
+    )
+    compare.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="replace runs in the folder that are unfinished or of another scene",
+    )
 
 
 def _add_how(command: argparse.ArgumentParser) -> None:

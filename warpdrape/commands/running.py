@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> Result:
         script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
     folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
     RunFolder(folder, arguments.overwrite)
-    _start_warp(arguments.device)
+    start_for_runs(arguments.device)
     scene = script.make(arguments.settings)
     options = {"device": arguments.device, "frames": frames, "threads": threads}
     return _compute(scene, arguments, folder, out=folder, overwrite=arguments.overwrite, **options)
@@ -59,7 +59,7 @@ def resume(arguments: argparse.Namespace) -> Result | None:
         return None
     with interrupt_kept():
         script = scene_of(folder, run, arguments.scene)
-    _start_warp(run.device)
+    start_for_runs(run.device)
     scene = extended(script.make(run.settings), run, extension)
     options: dict[str, Any] = {"device": run.device, "extend": extension is not None}
     if not run.started:
@@ -67,7 +67,7 @@ def resume(arguments: argparse.Namespace) -> Result | None:
     return _compute(scene, arguments, folder, resume=folder, **options)
 
 
-def _start_warp(device: str) -> None:
+def start_for_runs(device: str) -> None:
     """Import all that a run does, and start Warp."""
     with interrupt_kept():
         import warpdrape.simulation  # noqa: F401
@@ -77,13 +77,19 @@ def _start_warp(device: str) -> None:
     check_device(device)
 
 
+def announce_compiling(quiet: bool) -> None:
+    """Say that kernels will be compiled, unless they are or nobody wants to know."""
+    from warpdrape.warp_start import kernels_are_compiled
+
+    if not quiet and not kernels_are_compiled():
+        print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
+
+
 def _compute(scene: Scene, arguments: argparse.Namespace, folder: Path, **options: Any) -> Result:
     """Compute a scene, and say how it went."""
     from warpdrape.results.summary_text import summary_text
-    from warpdrape.warp_start import kernels_are_compiled
 
-    if not arguments.quiet and not kernels_are_compiled():
-        print("Compiling kernels: once per machine, half a minute or so.", file=sys.stderr)
+    announce_compiling(arguments.quiet)
     result = scene.run(
         quiet=arguments.quiet,
         profile=arguments.profile,

@@ -33,13 +33,13 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
         summary: as in ``summary.json``.
         folder: the run folder.
     """
-    parts = [verdict(summary), _table(ply_rows(summary["plies"]))]
+    parts = [verdict(summary), table_text(ply_rows(summary["plies"]))]
     parts += defect_lines(summary["plies"])
     parts += judgement_lines(summary)
     if summary["tools"]:
-        parts.append(_table(tool_rows(summary["tools"])))
+        parts.append(table_text(tool_rows(summary["tools"])))
     if summary["interfaces"]:
-        parts.append(_table(interface_rows(summary["interfaces"])))
+        parts.append(table_text(interface_rows(summary["interfaces"])))
     parts.append(quality(summary))
     if summary["reported"]:
         parts.append("\n".join(reported_lines(summary)))
@@ -53,7 +53,7 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
 def verdict(summary: Mapping[str, Any]) -> str:
     """How a run ended, in a line."""
     took = f"{summary['steps']:,} steps, {summary['triangles']:,} triangles"
-    took += f", {_time(summary['wall_s'])}"
+    took += f", {duration_text(summary['wall_s'])}"
     if "not_given" in summary and summary["status"] == "completed":
         return f"Completed: draped by {summary['approach']} ({took.partition(', ')[2]})"
     if summary["status"] == "completed":
@@ -89,7 +89,7 @@ def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
                 f"{ply['mean_abs_shear_deg']:.1f}°",
                 f"{100 * ply['max_strain_warp']:.3g} %",
                 f"{100 * ply['max_strain_weft']:.3g} %",
-                *(_millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
+                *(millimetres(drawn.get(where)) for where in ("warp", "weft", "bias")),
             )
         )
     return rows
@@ -224,7 +224,8 @@ def _files(folder: Path) -> str:
     return "\n".join(lines)
 
 
-def _millimetres(length: float | None) -> str:
+def millimetres(length: float | None) -> str:
+    """A length in millimetres, "-" for None."""
     return "-" if length is None else f"{round(1e3 * length, 1) + 0.0:.1f} mm"
 
 
@@ -236,13 +237,15 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _time(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
+    """A time in words."""
     if seconds < 60.0:
         return f"{seconds:.1f} s"
     return f"{int(seconds // 60)} min {int(seconds % 60):02d} s"
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> str:
+def table_text(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows as lines, columns under each other, the first to the left."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join(
         f"{row[0]:{widths[0]}}  "
