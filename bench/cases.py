@@ -104,7 +104,7 @@ def _cases() -> dict[str, Case]:
     found = {}
     for cells in (28, 57, 113, 200, 707):
         found[f"membrane_{2 * cells**2}"] = Case(membrane, cells, quick=cells < 150)
-    for approach in ("fibre_frame", "green_naghdi"):
+    for approach in ("fibre_frame", "green_naghdi", "yarns"):
         stressed = partial(membrane, approach=approach)
         for cells in (57, 200):
             quick = cells < 150

@@ -49,7 +49,8 @@ def build(
         duration: of the pull; inertia bears little of the force from 3° on [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
-        approach: "semi_discrete", or stress as a state: "green_naghdi" or "fibre_frame".
+        approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or
+            "yarns", chains of bars.
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     positive("width", width, unit="m")

@@ -27,6 +27,7 @@ def build(
     duration: float = 0.02,
     damping: float = 1e5,
     averaging: str = "pairs",
+    approach: str = "semi_discrete",
 ) -> Scene:
     """Build a biaxial test of a square held at its whole border, warp along x.
 
@@ -40,6 +41,7 @@ def build(
         duration: of the run, the last tenth at rest [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
+        approach: "semi_discrete", or "yarns", chains of bars.
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     ends = np.array(
@@ -85,6 +87,7 @@ def build(
         gravity=(0.0, 0.0, 0.0),
         self_contact=False,
         numerics=coupon_numerics(averaging, damping),
+        approach=approach,
         parameters=parameters,
         **coupon_files(lambda result: stretch_curve(result, ply.fabric, side, strains)),
     )

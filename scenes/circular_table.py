@@ -73,8 +73,8 @@ def build(
         friction: Coulomb coefficient of sheet on table [-].
         bending: "fabric" for the sheet's own, "none", or a stiffness in all directions [N·m].
         contact: "fast", or "exact" to search for every vertex at every step.
-        approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or a net,
-            "fishnet", on the table and its side.
+        approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
+            chains of bars; or a net, "fishnet", on the table and its side.
     """
     parameters = dict(locals())
     one_of("case", case, CASES)

@@ -13,6 +13,7 @@ from warpdrape.forces.membrane import _yarn_kernels
 from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.bending import add_bending_forces
 from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
+from warpdrape.kernels.forces.ties import add_tie_forces
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
 
@@ -77,6 +78,10 @@ def test_the_kernels_of_stress_as_a_state_compile(rows, tmp_path):
 
 def test_the_kernel_of_bending_compiles(tmp_path):
     assert compiled(add_bending_forces.module, tmp_path) > 1000
+
+
+def test_the_kernel_of_ties_compiles(tmp_path):
+    assert compiled(add_tie_forces.module, tmp_path) > 1000
 
 
 @pytest.mark.parametrize("kernel", [sheet.add_isotropic_forces, sheet.add_rubber_forces])

@@ -17,6 +17,7 @@ APPROACHES = {
     SEMI_DISCRETE: "warpdrape.simulation",
     "green_naghdi": "warpdrape.simulation",
     "fibre_frame": "warpdrape.simulation",
+    "yarns": "warpdrape.simulation",
     "fishnet": "warpdrape.fishnet_run",
 }
 """Name → module whose ``run_scene`` computes a scene; it is imported when it is used.

@@ -23,6 +23,7 @@ from warpdrape.forces import (
     membrane,
     pressure,
     springs,
+    yarns,
 )
 from warpdrape.interaction import Interaction, Span
 from warpdrape.setup import Setup
@@ -32,6 +33,7 @@ MEMBRANES = {
     "semi_discrete": membrane,
     "green_naghdi": green_naghdi,
     "fibre_frame": fibre_frame,
+    "yarns": yarns,
 }
 """The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
 on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it

@@ -1,0 +1,295 @@
+"""The discrete approach: yarns as chains of bars, pinned to each other where they cross.
+
+W = Σ_quadrants A [Φ(ε1, ε2) + Ψ(γ)] + Σ_ties ½ k ‖x_v − Σ w x‖²
+
+A quadrant (`warpdrape.blanks.yarn_net`) is where a warp bar and a weft bar meet. With a law of each
+family alone, Φ = Φ1 + Φ2, the sum over a bar's quadrants is a bar of the width that it stands for;
+crimp interchange and tables couple the two at their crossover. The couple is on the angle between
+the bars themselves. That is the patch kernel's formula with k_α = (x_a − x_o)/l_α, one quadrant a
+patch. Bending, in the plane and out of it, is that of the ply (`bending`, `bending_curve`).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import warp as wp
+from scipy import sparse
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.yarn_net import YarnNet, lay_yarns
+from warpdrape.errors import InputError
+from warpdrape.forces import membrane
+from warpdrape.forces.curvature import gershgorin
+from warpdrape.forces.membrane import (
+    Load,
+    stabiliser_stiffness,
+    strain_entries,
+    summary_of_softening,
+    yarn_viscosity,
+)
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
+from warpdrape.kernels.forces.ties import Ties, add_tie_forces, measure_ties
+from warpdrape.materials.law_data import (
+    membrane_functions,
+    shear_struct,
+    tension_stiffness,
+    tension_struct,
+)
+from warpdrape.materials.laws import Unwoven
+from warpdrape.materials.softening import soften
+from warpdrape.numerics import Numerics
+from warpdrape.setup import Setup
+
+RIM_STIFFNESS = 0.1
+"""k in the rim over the larger line stiffness of the yarns [-]: their ends, which lead a clamp's
+load to the first crossover; 1 N moves them some 0.3 µm, and the step is still the yarns'."""
+MOST_RIM = 0.5
+"""Share of a ply's area outside its cells beyond which the net is not the ply's any more [-]."""
+OVER_TRIANGLES = 3.0
+"""Bound on the energy of a net over that of triangles of the same stiffness [-]: a bar stands for
+up to twice the area of the triangles along it; the rest is for ties."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlyYarns:
+    """One ply's net on a device.
+
+    Attributes:
+        ply: the ply.
+        span: where its vertices and triangles are in the model's.
+        net: the net.
+        load: what adds the quadrants' forces.
+        measurement: launch (kernel, inputs) of strain, line tension and energy of quadrants.
+        ties: what carries the other vertices.
+        viscosity: of warp and weft, line tension per change of strain in a step [N/m].
+    """
+
+    ply: Ply
+    span: Span
+    net: YarnNet
+    load: Load
+    measurement: tuple
+    ties: Ties
+    viscosity: tuple[float, float]
+
+    def launches(
+        self, quadrants: Run, ties: Run, x: wp.array, memory: wp.array, f: wp.array
+    ) -> list[Launch]:
+        """Launches of a run of its quadrants and one of its ties."""
+        found = []
+        if quadrants.count:
+            found.append(self.load.launch(quadrants, x, self.viscosity, memory, f))
+        if ties.count:
+            found.append(Launch(add_tie_forces, ties.count, [ties.first, self.ties, x], [f]))
+        return found
+
+    def start(self) -> wp.array:
+        """What its quadrants remember: no strain so far."""
+        return wp.zeros(self.load.remembered, self.load.memory, device=self.ties.weight.device)
+
+    def measure(self, x: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Yarn strains [-], line tensions [N/m] of triangles; energy [J] of yarns, shear, ties.
+
+        Returns:
+            Shapes [triangle, 2], [triangle, 2] and [3].
+        """
+        n, device = len(self.net.quadrants), x.device
+        shown = [wp.empty(n, dtype=d, device=device) for d in (wp.vec2d, wp.vec2d, wp.vec3d)]
+        kernel, inputs = self.measurement
+        wp.launch(kernel, n, inputs=[*inputs, x], outputs=shown, device=device)
+        strain, tension, energy = (array.numpy() for array in shown)
+        tied = wp.zeros(len(self.net.carried), dtype=wp.float64, device=device)
+        wp.launch(measure_ties, len(tied), inputs=[self.ties, x], outputs=[tied], device=device)
+        energies = np.einsum("ij->j", energy)
+        energies[2] = tied.numpy().sum()
+        return self.net.home @ strain, self.net.home @ tension, energies
+
+
+@dataclass(frozen=True, eq=False)
+class Yarns:
+    """The nets of all plies.
+
+    Attributes:
+        plies: one for each ply.
+        softening: divisor of the yarns' tensions [-].
+    """
+
+    plies: tuple[PlyYarns, ...]
+    softening: float
+    name: str = "membrane"
+    searches: str = ""
+
+    @property
+    def order(self) -> tuple[np.ndarray, ...]:
+        """Each ply's triangles in the order in which parts share out their quadrants."""
+        return tuple(
+            np.argsort(of.net.home.indices[of.net.home.indptr[:-1]], kind="stable")
+            for of in self.plies
+        )
+
+    def start(self) -> tuple[wp.array, ...]:
+        """For each ply what its quadrants remember."""
+        return tuple(of.start() for of in self.plies)
+
+    def launches(self, share: Share, bodies: Bodies, memory: tuple[wp.array, ...]) -> Launches:
+        """A part's share of every ply's quadrants and ties."""
+        scatter = []
+        for of, kept in zip(self.plies, memory, strict=True):
+            ours = share.of(len(of.net.quadrants)), share.of(len(of.net.carried))
+            scatter += of.launches(*ours, bodies.plies.x, kept, bodies.plies.f)
+        return Launches(scatter=tuple(scatter))
+
+    def measure(self, bodies: Bodies, memory: tuple[wp.array, ...]) -> Measured:
+        """Energies, and per ply strain and line tension of its triangles."""
+        shown = [of.measure(bodies.plies.x) for of in self.plies]
+        energies = np.sum([energy for *_, energy in shown], axis=0)
+        names = ("yarn", "shear", "stabiliser")
+        return Measured(
+            dict(zip(names, map(float, energies), strict=True)),
+            {"viscosity": sum(float(m.numpy()["lost"].sum()) for m in memory)},
+            fields=tuple({"strain": e, "line_tension": t} for e, t, _ in shown),
+        )
+
+    def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """What ``summary.json`` says of a ply's yarns."""
+        return strain_entries(fields)
+
+    def entries(
+        self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
+    ) -> tuple[dict, list[str]]:
+        """What ``summary.json`` says of all of them, and warnings."""
+        found, warnings = summary_of_softening(self.softening, history, fields)
+        per_bar = {of.ply.name: yarns_per_bar(of.ply, of.net) for of in self.plies}
+        return found | {"yarns_per_bar": per_bar}, warnings
+
+
+def yarns_per_bar(ply: Ply, net: YarnNet) -> list[float]:
+    """Yarns for which a bar of warp and of weft stands, on the mean [-].
+
+    Bars of the warp lie as far apart as those of the weft are long, times sin θ0.
+    """
+    apart = np.average(np.abs(net.lengths[:, ::-1]), axis=0, weights=net.areas)
+    widths = np.array(ply.fabric.yarn_width)
+    return [float(n) for n in apart * np.sin(ply.fabric.yarn_angle) / widths]
+
+
+@lru_cache(maxsize=8)
+def net_of(ply: Ply) -> YarnNet:
+    """The net of a ply, kept for the plies asked for last.
+
+    Raises:
+        InputError: if the ply has no yarns, or its mesh does not follow them.
+    """
+    if isinstance(ply.fabric.tension, Unwoven):
+        raise InputError(
+            f"approach = 'yarns' lays out yarns, and fabric {ply.fabric.name!r} of ply "
+            f"{ply.name!r} has none: take approach = 'semi_discrete'"
+        )
+    net = lay_yarns(ply.mesh, ply.yarn_directions)
+    if net is None:
+        raise InputError(
+            f"approach = 'yarns' makes bars of edges along warp and weft, and the mesh of ply "
+            f"{ply.name!r} does not follow its yarns: mesh it with mesh = 'aligned'"
+        )
+    if net.rim > MOST_RIM:
+        raise InputError(
+            f"approach = 'yarns': {100 * net.rim:.0f} % of ply {ply.name!r} lie outside the cells "
+            f"of its yarns, more than {100 * MOST_RIM:.0f} %: give a shorter edge, or more cells"
+        )
+    return net
+
+
+def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Yarns:
+    """Put the nets of all plies on a device."""
+    plies = zip(scene.plies, spans, strict=True)
+    return Yarns(
+        tuple(build_ply_yarns(ply, scene.numerics, span, device) for ply, span in plies),
+        scene.numerics.yarn_softening,
+    )
+
+
+def build_ply_yarns(ply: Ply, numerics: Numerics, span: Span, device: str) -> PlyYarns:
+    """Put a ply's net on a device."""
+    net, fabric = net_of(ply), ply.fabric
+    count = len(net.quadrants)
+
+    def integers(values: np.ndarray) -> wp.array:
+        return wp.array(values, dtype=wp.int32, device=device)
+
+    add_forces, measure = _kernels(membrane_functions(fabric))
+    inputs = [
+        integers(np.arange(count + 1)),
+        integers(np.arange(count)),
+        integers(net.quadrants + span.first_vertex),
+        wp.array(net.gradients, dtype=wp.vec4d, device=device),
+        wp.array(net.areas, dtype=wp.float64, device=device),
+        tension_struct(soften(fabric, numerics.yarn_softening), device),
+        shear_struct(fabric, device),
+        0.0,  # no stabiliser: a quadrant has no strain but its bars'
+        fabric.yarn_angle,
+    ]
+    ties = Ties()
+    ties.first = integers(net.ties.indptr)
+    ties.vertex = integers(net.ties.indices + span.first_vertex)
+    ties.weight = wp.array(net.ties.data, dtype=wp.float64, device=device)
+    ties.stiffness = wp.array(tie_stiffness(ply, numerics), dtype=wp.float64, device=device)
+    load = Load(add_forces, count, [0, *inputs], PatchMemory, count)
+    viscosity = yarn_viscosity(fabric, numerics)
+    return PlyYarns(ply, span, net, load, (measure, inputs), ties, viscosity)
+
+
+@functools.cache
+def _kernels(functions: tuple) -> tuple:
+    return make_yarn_membrane(*functions)
+
+
+def tie_stiffness(ply: Ply, numerics: Numerics) -> np.ndarray:
+    """K of every carried vertex [N/m].
+
+    In a cell as soft as the ply's shear, the stabiliser's: a tool may push it out of its cell. A
+    stiff one would be a lever that lifts the crossovers around it off a tool's rounding.
+    """
+    rim = RIM_STIFFNESS * max(tension_stiffness(soften(ply.fabric, numerics.yarn_softening)))
+    return np.where(net_of(ply).inside, stabiliser_stiffness(ply.fabric, numerics), rim)
+
+
+def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
+    """Bounds as `membrane.sheet_stiffness`, of triangles that store no less than the net [N/m]."""
+    (warp, weft), shear = membrane.sheet_stiffness(ply, numerics)
+    return (OVER_TRIANGLES * warp, OVER_TRIANGLES * weft), OVER_TRIANGLES * shear
+
+
+def frequencies(scene: Setup, number: int) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle of a ply, given its number.
+
+    By row sums of the sizes of the matrix's entries, whatever the directions of the bars:
+    A n_α d_α d_αᵀ of every quadrant's bars, d = (−1, 1)/l; A s g gᵀ of its couple, ‖∂γ/∂x‖ ≤ g,
+    1/l1 and 1/l2 at the ends and their sum at the crossover; k c cᵀ of the ties.
+    """
+    ply, numerics = scene.plies[number], scene.numerics
+    net = net_of(ply)
+    yarns, shear = membrane.sheet_stiffness(ply, numerics)
+    one, two = 1.0 / np.abs(net.lengths.T)
+    none = np.zeros_like(one)
+    parts = (
+        (yarns[0], np.column_stack([one, one, none])),
+        (yarns[1], np.column_stack([two, none, two])),
+        (shear, np.column_stack([one + two, one, two])),
+    )
+    local = sum(
+        (k * net.areas)[:, None, None] * size[:, :, None] * size[:, None, :] for k, size in parts
+    )
+    rows, columns = np.repeat(net.quadrants, 3, axis=1), np.tile(net.quadrants, (1, 3))
+    n = len(ply.mesh.vertices)
+    entries = (local.ravel(), (rows.ravel(), columns.ravel()))
+    ties = abs(net.ties)
+    carrying = ties.T @ sparse.diags(tie_stiffness(ply, numerics)) @ ties
+    matrix = sparse.coo_matrix(entries, shape=(n, n)) + carrying
+    masses = ply.fabric.areal_density * np.asarray(ply.mesh.areas)
+    return gershgorin(matrix.tocsr(), np.asarray(ply.mesh.triangles), masses)
