@@ -1,5 +1,6 @@
 """Ctrl-C at moments at which libraries would swallow it."""
 
+import gc
 import signal
 import subprocess
 import sys
@@ -14,9 +15,14 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(autouse=True)
 def interruptible():
-    """Ctrl-C as on a terminal: a shell lets what it starts in the background ignore it."""
+    """Ctrl-C as on a terminal: a shell lets what it starts in the background ignore it.
+
+    No garbage is collected meanwhile: what libraries do then would swallow it.
+    """
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    gc.disable()
     yield
+    gc.enable()
     signal.signal(signal.SIGINT, before)
 
 
