@@ -63,6 +63,12 @@ def press(material=STIFF, clamped=False, **numerics):
     )
 
 
+def bars():
+    """The same with yarns along the sides, each a chain of bars."""
+    plies = lay_up([Ply.rectangle(name, STIFF, 0.06, cells=5) for name in ("low", "high")])
+    return dataclasses.replace(press(**FASTER), plies=plies, approach="yarns")
+
+
 def loaded():
     """With a gripper that slips, a pressure over time, friction that varies, and a wanted angle."""
     return dataclasses.replace(
@@ -108,6 +114,7 @@ SCENES = {
     "membranes, exact": lambda: press(ELASTIC, contact="exact"),
     "coupon": coupon,
     "stress as a state": lambda: dataclasses.replace(press(**FASTER), approach="green_naghdi"),
+    "chains of bars": bars,
     "loaded": loaded,
     "turning": turning,
 }
