@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from warpdrape.blanks.loops import loop_area
 from warpdrape.errors import SIZES, InputError, length, numbers, said
 
 Points = NDArray[np.float64]
@@ -195,14 +196,8 @@ def _divide(corners: Points, edge: float) -> Points:
     return corners[at] + share[:, None] * sides[at]
 
 
-def _loop_area(loop: Points) -> float:
-    """Area of a loop [m²], negative if it runs clockwise."""
-    x, y = (loop - loop[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
-
-
 def _as_tuple(loop: Points, *, ccw: bool) -> tuple[tuple[float, float], ...]:
-    turned = loop if (_loop_area(loop) > 0.0) == ccw else loop[::-1]
+    turned = loop if (loop_area(loop) > 0.0) == ccw else loop[::-1]
     return tuple((x, y) for x, y in turned.tolist())
 
 
@@ -243,7 +238,7 @@ def _refuse_crossings(names: Sequence[str], loops: Sequence[Points]) -> None:
             f"{names[loop_of[j]]}: sides may share a corner with the next one only"
         )
     for name, loop in zip(names, loops, strict=True):
-        if abs(_loop_area(loop)) <= 1e-12 * np.ptp(loop, axis=0).max() ** 2:
+        if abs(loop_area(loop)) <= 1e-12 * np.ptp(loop, axis=0).max() ** 2:
             raise InputError(f"polygon: {name} encloses no area")
         turns = np.roll(loop, -1, axis=0) - loop
         back = np.roll(turns, -1, axis=0)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.loops import closed_loops, loop_area
 
 
 def outline_draw_in(mesh: FlatMesh, points: np.ndarray) -> dict[str, Any]:
@@ -49,30 +50,6 @@ def outline_draw_in(mesh: FlatMesh, points: np.ndarray) -> dict[str, Any]:
 def outer_loop(mesh: FlatMesh) -> np.ndarray:
     """Vertices of the outer outline in order, counter-clockwise, shape [k]."""
     points = np.asarray(mesh.vertices)
-    outer = max(_loops(mesh), key=lambda loop: _area(points[loop]))
+    outer = max(closed_loops(mesh.boundary_edges), key=lambda loop: loop_area(points[loop]))
     start = max(range(len(outer)), key=lambda k: (points[outer[k], 0], -abs(points[outer[k], 1])))
     return np.roll(outer, -start)
-
-
-def _loops(mesh: FlatMesh) -> list[np.ndarray]:
-    """All closed ways along the border; where it touches itself any of its ways goes on."""
-    following: dict[int, list[int]] = {}
-    for a, b in mesh.boundary_edges:
-        following.setdefault(int(a), []).append(int(b))
-    loops = []
-    while following:
-        vertex = first = next(iter(following))
-        loop = []
-        while vertex != first or not loop:
-            loop.append(vertex)
-            ways = following[vertex]
-            vertex = ways.pop()
-            if not ways:
-                del following[loop[-1]]
-        loops.append(np.array(loop))
-    return loops
-
-
-def _area(loop: np.ndarray) -> float:
-    x, y = loop.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdrape.blanks.loops import loop_area
 from warpdrape.errors import InputError
-from warpdrape.exports.outlines import area, border_loops, inside, nested, without_straight
+from warpdrape.exports.outlines import border_loops, inside, nested, without_straight
 from warpdrape.exports.trim import MM, Curves, Side
 from warpdrape.exports.trim_along import seen_along
 from warpdrape.exports.trim_curves import on_blank
@@ -34,7 +35,7 @@ def trimmed(ply: FormedPly, trim: Side | Curves) -> list[np.ndarray]:
     """
     loops = on_side(ply, trim) if isinstance(trim, Side) else _inside_curves(ply, trim)
     loops = nested([without_straight(loop, FINE) for loop in loops if len(loop) > 2])
-    if sum(map(area, loops)) < LEAST:
+    if sum(map(loop_area, loops)) < LEAST:
         raise InputError(
             f"trim keeps nothing of {ply.name}: give the other side, or the run's coordinates"
         )
@@ -46,4 +47,4 @@ def _inside_curves(ply: FormedPly, trim: Curves) -> list[np.ndarray]:
     loops = on_blank(*((ply, trim) if trim.along is None else seen_along(ply, trim)))
     borders = border_loops(np.asarray(ply.triangles).tolist())
     flat = [MM * np.asarray(ply.rest_points)[border, :2] for border in borders]
-    return loops + [hole for hole in flat if area(hole) < 0.0 and inside(hole, loops).all()]
+    return loops + [hole for hole in flat if loop_area(hole) < 0.0 and inside(hole, loops).all()]

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from warpdrape.blanks.loops import closed_loops, loop_area
+
 STRAIGHT = 1e-3
 """Distance from the line between corners below which a vertex is left out [mm]."""
 
@@ -18,30 +20,7 @@ def border_loops(faces: Iterable[Sequence[int]]) -> list[np.ndarray]:
     """
     ends = [(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)]
     inner = {(b, a) for a, b in ends}
-    following: dict[int, list[int]] = {}
-    for a, b in ends:
-        if (a, b) not in inner:
-            following.setdefault(a, []).append(b)
-    loops = []
-    while following:
-        first = vertex = next(iter(following))
-        loop = []
-        while True:
-            loop.append(vertex)
-            after = following[vertex]
-            vertex = after.pop()
-            if not after:
-                del following[loop[-1]]
-            if vertex == first:
-                break
-        loops.append(np.array(loop))
-    return loops
-
-
-def area(loop: np.ndarray) -> float:
-    """Area inside a loop, negative where that runs clockwise; shape [n, 2]."""
-    x, y = loop.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return closed_loops((a, b) for a, b in ends if (a, b) not in inner)
 
 
 def inside(points: np.ndarray, loops: Sequence[np.ndarray]) -> np.ndarray:
@@ -67,7 +46,7 @@ def nested(loops: Sequence[np.ndarray]) -> list[np.ndarray]:
     for k, loop in enumerate(loops):
         others = [*loops[:k], *loops[k + 1 :]]
         hole = bool(inside(loop[:1], others)[0])
-        turned.append(loop if (area(loop) < 0.0) == hole else loop[::-1])
+        turned.append(loop if (loop_area(loop) < 0.0) == hole else loop[::-1])
     return turned
 
 

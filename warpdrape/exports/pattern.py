@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from warpdrape.blanks.loops import loop_area
 from warpdrape.errors import InputError
 from warpdrape.exports.cutting import trimmed
-from warpdrape.exports.outlines import area, border_loops, inside, without_straight
+from warpdrape.exports.outlines import border_loops, inside, without_straight
 from warpdrape.exports.pattern_drawing import write_dxf, write_svg
 from warpdrape.exports.trim import MM, Curves, Side, read_trim
 from warpdrape.results.read_run import RunReader
@@ -139,7 +140,7 @@ def _notches(
     loops: Sequence[np.ndarray], center: np.ndarray, along: np.ndarray, length: float
 ) -> list[np.ndarray]:
     """Cuts inwards along an axis where it leaves the outer outline for good, one at either end."""
-    outer = max(loops, key=area)
+    outer = max(loops, key=loop_area)
     here, sides = outer - center, np.roll(outer, -1, axis=0) - outer
     turned = np.array([-along[1], along[0]])
     across, slope = here @ turned, sides @ turned
