@@ -115,7 +115,8 @@ class Polygon:
 
     def __post_init__(self) -> None:
         outer = _corners("points", self.points)
-        if not isinstance(self.holes, Sequence | np.ndarray) or np.ndim(self.holes) == 0:
+        scalar = isinstance(self.holes, np.ndarray) and self.holes.ndim == 0
+        if scalar or not isinstance(self.holes, Sequence | np.ndarray):
             raise InputError(f"holes = {said(self.holes)} must be a list of outlines")
         holes = [_corners(f"holes[{i}]", hole) for i, hole in enumerate(self.holes)]
         names = ["points", *(f"holes[{i}]" for i in range(len(holes)))]
