@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from warpdrape.errors import InputError, finite, nearest, positive, said
+from warpdrape.errors import InputError, finite, nearest, positive, said, true_or_false
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.laws import (
@@ -224,6 +224,7 @@ class Fabric:
         if positive("density", density, unit="kg/m³") < 50.0:
             raise InputError(f"density = {density:g} kg/m³: give kg/m³, 1100 and not 1.1")
         young = 3.0 * law.shear_modulus * thickness
+        bends = true_or_false("bends", bends)
         bending = Bending.of_sheet(young, 0.5, thickness) if bends else None
         return cls(
             name=name,

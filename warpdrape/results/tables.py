@@ -26,7 +26,8 @@ class HistoryWriter:
     Attributes:
         rows: those of the mark.
 
-    Raises: InputError when the partial file is not the one of the mark.
+    Raises: InputError when the partial file is not the one of the mark, RunFailed when the disk
+        refuses it.
     """
 
     def __init__(self, path: str | os.PathLike[str], mark: Mapping[str, Any] | None = None) -> None:
@@ -38,7 +39,10 @@ class HistoryWriter:
         self._digest = hashlib.blake2b(digest_size=16)
         self._size = 0
         if mark is None:
-            self._file = open(self.partial_path, "wb")
+            try:
+                self._file = open(self.partial_path, "wb")
+            except OSError as error:
+                raise RunFailed(unwritable(self.path, error)) from error
         else:
             self._go_on(mark)
 
