@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warpdrape.calibration.bands import DRAWS
-from warpdrape.calibration.card_file import card_text, fabric_of, write_card
+from warpdrape.calibration.card_file import fabric_of, write_card
 from warpdrape.calibration.card_tables import card_tables, source_of
 from warpdrape.calibration.coupons import CouponRun, run_coupons
 from warpdrape.calibration.fits import Fits, fit_all
@@ -24,6 +24,7 @@ from warpdrape.calibration.report import (
 )
 from warpdrape.calibration.tests_file import Plan, read_plan
 from warpdrape.errors import InputError
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.friction import TABLES
 from warpdrape.results.run_folder import write_whole

@@ -1,8 +1,7 @@
-"""Fabric cards as files: tables of values with unit, status and source, written as TOML."""
+"""Cards that tests give: measured values, drafts read as fabrics, and the file put in place."""
 
 from __future__ import annotations
 
-import json
 import tempfile
 import warnings
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.errors import InputError
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.results.run_folder import write_whole
@@ -30,41 +30,6 @@ def quantity(value: Any, unit: str, source: str, doubt: str = "") -> dict[str, A
     """A measured value as a card has it, rounded to ``DIGITS`` digits."""
     table = {"value": _rounded(value), "unit": unit, "status": "measured", "source": source}
     return {**table, "doubt": doubt} if doubt else table
-
-
-def card_text(tables: Mapping[str, Any], first: str = "") -> str:
-    """A card as TOML.
-
-    Args:
-        tables: texts, lists, tables of values, and tables of such tables.
-        first: comment at its head.
-    """
-    lines = [f"# {line}" for line in first.splitlines()]
-    plain = {k: v for k, v in tables.items() if not isinstance(v, Mapping)}
-    lines += [f"{key} = {_toml(value)}" for key, value in plain.items()]
-    for key, table in tables.items():
-        if isinstance(table, Mapping):
-            lines += _table(key, table)
-    return "\n".join(lines) + "\n"
-
-
-def _table(path: str, table: Mapping[str, Any]) -> list[str]:
-    plain = {k: v for k, v in table.items() if not isinstance(v, Mapping)}
-    lines = ["", f"[{path}]", *(f"{key} = {_toml(value)}" for key, value in plain.items())]
-    for key, inner in table.items():
-        if isinstance(inner, Mapping):
-            lines += _table(f"{path}.{key}", inner)
-    return lines
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list | tuple | np.ndarray):
-        return "[" + ", ".join(_toml(v) for v in value) + "]"
-    return repr(value.item() if isinstance(value, np.generic) else value)
 
 
 def _rounded(value: Any) -> Any:
