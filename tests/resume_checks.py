@@ -18,7 +18,8 @@ from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.scenes import picture_frame
 from warpdrape.setup import Clamp
-from warpdrape.tools.motion import Float, Stroke
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Stroke
 from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))

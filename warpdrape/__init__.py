@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
-    from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke
+    from warpdrape.tools.floating import Float
+    from warpdrape.tools.motion import Path, Stages, Still, Stroke
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
@@ -79,7 +80,7 @@ _HOME = {
     "Clamp": "setup",
     "DefectThresholds": "defects.thresholds",
     "Fabric": "materials.fabric",
-    "Float": "tools.motion",
+    "Float": "tools.floating",
     "Friction": "materials.friction",
     "InputError": "errors",
     "Numerics": "numerics",

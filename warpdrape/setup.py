@@ -18,7 +18,8 @@ from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.chosen import Chosen, chosen_vertices
-from warpdrape.tools.motion import Motion, Prescribed, Still, vector
+from warpdrape.tools.floating import Motion
+from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool

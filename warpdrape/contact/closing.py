@@ -13,7 +13,7 @@ import warp as wp
 from warpdrape.blanks.ply import Ply
 from warpdrape.kernels.contact.passages import find_gaps
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 
 LOOKS = 24

@@ -18,7 +18,7 @@ from warpdrape.errors import InputError
 from warpdrape.interaction import met_in_contact
 from warpdrape.setup import Setup
 from warpdrape.state import State
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 
 START_TOLERANCE = 0.01

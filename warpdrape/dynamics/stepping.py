@@ -21,7 +21,7 @@ from warpdrape.interaction import Launch
 from warpdrape.over_time import over_time
 from warpdrape.state import State
 from warpdrape.timing import frame_times
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 
 FEW_STEPS = range(6, 13)
 """Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""

@@ -13,7 +13,8 @@ import trimesh
 from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
-from warpdrape.tools.motion import Motion, Prescribed, Still, vector
+from warpdrape.tools.floating import Motion
+from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pose import Pose, rotation, shifted
 from warpdrape.tools.profile import Arc, Line, Piece, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
