@@ -23,7 +23,6 @@ from warpdrape.units import kg, mm
 PUNCH_RADIUS = 75 * mm
 DIE_RADIUS = 78 * mm
 DIE_EDGE = 10 * mm
-HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 1.9 * kg
 """An aluminium ring of these radii, 5 mm thick."""
@@ -49,6 +48,7 @@ def hemisphere_tools(
     friction: float,
     ply_friction: float = 0.3,
     die_radius: float = DIE_RADIUS,
+    die_edge: float = DIE_EDGE,
 ) -> Scene:
     """Put plies on the die, from the bottom up, and the other tools on them.
 
@@ -59,13 +59,13 @@ def hemisphere_tools(
         friction: Coulomb coefficient of tools on plies [-].
         ply_friction: between plies [-].
         die_radius: of the die's hole [m].
+        die_edge: radius of its rounded edge, beyond which the holder begins [m].
     """
     ring = {"outer_radius": RING_RADIUS, "facet": parameters["facet"]}
-    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
     tools = (
         Tool.punch(radius=PUNCH_RADIUS, facet=parameters["facet"]),
-        Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring),
-        Tool.blank_holder(hole_radius=holder_radius, **ring),
+        Tool.die(hole_radius=die_radius, edge_radius=die_edge, depth=60 * mm, **ring),
+        Tool.blank_holder(hole_radius=die_radius + die_edge, **ring),
     )
     return press_scene(name, plies, tools, parameters, friction, ply_friction)
 
