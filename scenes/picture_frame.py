@@ -23,7 +23,6 @@ from warpdrape.coupons.coupon import (
 from warpdrape.errors import positive
 from warpdrape.units import deg
 
-
 INSTANT = 1e-6
 """Half of the time over which a rate is taken [s]."""
 

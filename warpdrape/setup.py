@@ -208,13 +208,9 @@ class Setup:
                 f"is simulated in {self.duration:g} s: it resists by the rates of the press"
             )
         if self.approach == "yarns":
-            raise InputError(
-                f"{who}, which approach = 'yarns' does not know: take 'semi_discrete'"
-            )
+            raise InputError(f"{who}, which approach = 'yarns' does not know: take 'semi_discrete'")
         if self.numerics.mass_scaling == "selective":
-            raise InputError(
-                f"{who}, which mass_scaling = 'selective' does not know: take 'plain'"
-            )
+            raise InputError(f"{who}, which mass_scaling = 'selective' does not know: take 'plain'")
 
     def _check_friction(self) -> None:
         """Raise `InputError` where a friction law lacks what it depends on."""

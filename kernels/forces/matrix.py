@@ -62,7 +62,9 @@ def shear_matrix(
     scale = law.thickness * (one + square * (law.rise[0] + square * law.rise[1]))
     turned = time / shift_factor(law.shift, temperature)  # by a shifted rate of 1/s [rad]
     load = known.couple + law.stiffness * (angle - known.angle)
-    rate = flow_rate(law.viscosity, scale, law.stiffness * turned, wp.abs(load), known.rate)
+    rate = known.rate
+    if time > wp.float64(0.0):  # else nothing flows, whatever the rate
+        rate = flow_rate(law.viscosity, scale, law.stiffness * turned, wp.abs(load), known.rate)
     flowed = wp.sign(load) * rate * turned
     out = MatrixMemory()
     out.angle = angle
@@ -82,8 +84,8 @@ def add_matrix_forces(
     rest_angle: wp.float64,
     x: wp.array(dtype=wp.vec3d),
     temperature: wp.array(dtype=wp.float64),
-    process: wp.array(dtype=wp.float64),
-    step: wp.array(dtype=wp.int32),
+    part: int,
+    passed: wp.array(dtype=wp.float64),
     memory: wp.array(dtype=MatrixMemory),
     f: wp.array(dtype=wp.vec3d),
 ):
@@ -98,8 +100,8 @@ def add_matrix_forces(
         rest_angle: angle between warp and weft of the flat ply [rad].
         x: positions [m], shape [vertex].
         temperature: [K], shape [vertex]; not read where the ply keeps its temperature.
-        process: time of the process before the coming steps and after each [s], shape [step + 1].
-        step: number of the step, shape [1].
+        part: number of the part of the model that this one is.
+        passed: time of the process since the step before [s], shape [part].
         memory: shape [triangle]; updated.
         f: forces [N], shape [vertex]; accumulated.
     """
@@ -118,11 +120,30 @@ def add_matrix_forces(
     now = law.temperature
     if law.cools == 1:
         now = (temperature[a] + temperature[b] + temperature[c]) / wp.float64(3.0)
-    time = process[step[0] + 1] - process[step[0]]
     angle = angle_from_cosine(cosine, rest_angle)
-    known = shear_matrix(law, memory[t], angle, now, time, areas[t])
+    known = shear_matrix(law, memory[t], angle, now, passed[part], areas[t])
     memory[t] = known
     turning = areas[t] * known.couple / guarded_sine(cosine)
     on_warp = (turning * inverse1) * (u2 - cosine * u1)
     on_weft = (turning * inverse2) * (u1 - cosine * u2)
     add_triangle_loads(a, b, c, d, on_warp, on_weft, f)
+
+
+@wp.kernel(enable_backward=False)
+def compute_passed(
+    part: int,
+    process: wp.array(dtype=wp.float64),
+    step: wp.array(dtype=wp.int32),
+    passed: wp.array(dtype=wp.float64),
+):
+    """Note how much of the process passes in a step; one thread in all.
+
+    The forces that follow the step are added while another part may be counting it.
+
+    Args:
+        part: number of the part of the model that this one is.
+        process: time of the process before the coming steps and after each [s], shape [step + 1].
+        step: number of the step, shape [1].
+        passed: [s], shape [part]; the part's own entry is overwritten.
+    """
+    passed[part] = process[step[0] + 1] - process[step[0]]

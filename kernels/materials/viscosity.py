@@ -88,7 +88,7 @@ def flow_rate(
     Args:
         law: viscosity.
         scale: of the stress [m].
-        drag: of all else that grows with the rate [N·s/m].
+        drag: of all else that grows with the rate, above zero: a stress may have an end [N·s/m].
         load: zero or more [N/m].
         guess: zero or more [1/s].
     """

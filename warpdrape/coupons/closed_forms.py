@@ -69,9 +69,7 @@ def frame_force(
     """
     area = (side if sample is None else sample) ** 2
     opening = np.cos(np.asarray(angle) / 2) - np.sin(np.asarray(angle) / 2)
-    couple = couple_per_area(fabric, angle)
-    if fabric.matrix is not None:
-        couple = couple + fabric.thickness * fabric.matrix.stress(angle, rate, temperature)
+    couple = wet_couple(fabric, angle, rate, temperature)
     return couple * area / side * math.sqrt(2.0) / opening
 
 
@@ -120,6 +118,26 @@ def bias_force(fabric: Fabric, width: float, height: float, angle: np.ndarray) -
 def couple_per_area(fabric: Fabric, angle: np.ndarray) -> np.ndarray:
     """C = C_s/S [N/m] at shear angles [rad]."""
     return np.asarray(fabric.shear.couple(np.asarray(angle, dtype=float))) / fabric.cell_area
+
+
+def wet_couple(
+    fabric: Fabric,
+    angle: np.ndarray,
+    rate: np.ndarray | float,
+    temperature: float | None = None,
+) -> np.ndarray:
+    """The same, and what a matrix adds where nothing is stored in a spring: h φ(γ) σ(a γ̇) [N/m].
+
+    Args:
+        fabric: with or without a matrix.
+        angle: γ [rad].
+        rate: of the angle in the process [1/s].
+        temperature: [K]; None for that at which the viscosity is given.
+    """
+    couple = couple_per_area(fabric, angle)
+    if fabric.matrix is None:
+        return couple
+    return couple + fabric.thickness * fabric.matrix.stress(angle, rate, temperature)
 
 
 def crimp_tensions(law: CrimpInterchange, warp_strain: float, weft_strain: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The viscous shear of prepregs: plies with a matrix on a device, launches, energies, bound on ω²."""
+"""The viscous shear of prepregs: plies with a matrix on a device, launches, energies, bound."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import gradient_products
 from warpdrape.forces.membrane import flat_gradients
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
-from warpdrape.kernels.forces.matrix import MatrixLaw, MatrixMemory, add_matrix_forces
+from warpdrape.kernels.forces.matrix import (
+    MatrixLaw,
+    MatrixMemory,
+    add_matrix_forces,
+    compute_passed,
+)
 from warpdrape.kernels.materials import viscosity as kernels
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_data import tension_stiffness
@@ -31,6 +36,7 @@ from warpdrape.materials.viscosity import (
 )
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
+from warpdrape.state import MOST_PARTS
 
 SERIES = 0.05
 """Stiffness of the spring in series with a liquid that has none of its own, over the yarns' [-]: it
@@ -65,15 +71,30 @@ class PlyMatrix:
     lags: bool
     lowest: float | None
 
-    def launch(self, share: Share, bodies: Bodies, memory: wp.array) -> tuple[Launch, ...]:
+    def launch(
+        self, share: Share, bodies: Bodies, passed: wp.array, memory: wp.array
+    ) -> tuple[Launch, ...]:
         """A part's share of its triangles."""
         first, count = share.of(self.span.triangle_count)
         if not count:
             return ()
         warmth = bodies.heat.temperature if self.law.cools else self.areas  # not read
         inputs = [first, self.triangles, self.gradients, self.areas, self.law, self.rest_angle]
-        inputs += [bodies.plies.x, warmth, bodies.loads.process, bodies.step]
+        inputs += [bodies.plies.x, warmth, share.number, passed]
         return (Launch(add_matrix_forces, count, inputs, [memory, bodies.plies.f]),)
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixState:
+    """What matrices remember.
+
+    Attributes:
+        triangles: of each ply that has one, shape [triangle].
+        passed: time of the process in the last step, for each part of the model [s], shape [part].
+    """
+
+    triangles: tuple[wp.array, ...]
+    passed: wp.array
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,26 +111,30 @@ class Matrices:
     name: str = "matrix"
     searches: str = ""
 
-    def start(self) -> tuple[wp.array, ...]:
-        """What each ply's triangles remember: at rest, and flat."""
-        return tuple(
-            wp.zeros(of.span.triangle_count, dtype=MatrixMemory, device=of.areas.device)
+    def start(self) -> MatrixState:
+        """At rest, and flat."""
+        device = next(iter(self.plies.values())).areas.device
+        triangles = tuple(
+            wp.zeros(of.span.triangle_count, dtype=MatrixMemory, device=device)
             for of in self.plies.values()
         )
+        return MatrixState(triangles, wp.zeros(MOST_PARTS, dtype=wp.float64, device=device))
 
-    def launches(self, share: Share, bodies: Bodies, memory: tuple[wp.array, ...]) -> Launches:
+    def launches(self, share: Share, bodies: Bodies, memory: MatrixState) -> Launches:
         """A part's share of every ply's triangles."""
         scatter: tuple[Launch, ...] = ()
-        for of, kept in zip(self.plies.values(), memory, strict=True):
-            scatter += of.launch(share, bodies, kept)
-        return Launches(scatter=scatter)
+        for of, kept in zip(self.plies.values(), memory.triangles, strict=True):
+            scatter += of.launch(share, bodies, memory.passed, kept)
+        clock = [share.number, bodies.loads.process, bodies.step]
+        push = (Launch(compute_passed, 1, clock, [memory.passed]),)
+        return Launches(scatter=scatter, push=push)
 
-    def measure(self, bodies: Bodies, memory: tuple[wp.array, ...]) -> Measured:
+    def measure(self, bodies: Bodies, memory: MatrixState) -> Measured:
         """Energy in the springs, what the viscosity lost, and temperatures at vertices."""
         stored, lost, lag = 0.0, 0.0, 0.0
         fields: list[Mapping[str, np.ndarray]] = [{} for _ in self.names]
         readings: dict[str, float] = {}
-        for (number, of), kept in zip(self.plies.items(), memory, strict=True):
+        for (number, of), kept in zip(self.plies.items(), memory.triangles, strict=True):
             known = kept.numpy()
             turned = known["couple"] / of.law.stiffness
             stored += 0.5 * float(of.areas.numpy() @ (known["couple"] * turned))
@@ -156,8 +181,8 @@ class Matrices:
             if cold > COLD_WARNING:
                 warnings.append(
                     f"ply {self.names[number]!r} cools to {warmth.min():.4g} K, below the lowest "
-                    f"of its matrix's data, {of.lowest:.4g} K, on {100 * cold:.2g} % of the ply: it "
-                    "counts as liquid there; form it hotter or faster"
+                    f"of its matrix's data, {of.lowest:.4g} K, on {100 * cold:.2g} % of the ply: "
+                    "it counts as liquid there; form it hotter or faster"
                 )
         return found, warnings
 
@@ -165,9 +190,9 @@ class Matrices:
 def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Matrices | None:
     """Put the matrices of all plies on a device; None where there is none."""
     plies = {
-        number: _build_ply(scene, ply, span, device)
+        number: _build_ply(scene, ply, matrix, span, device)
         for number, (ply, span) in enumerate(zip(scene.plies, spans, strict=True))
-        if ply.fabric.matrix is not None
+        if (matrix := ply.fabric.matrix) is not None
     }
     return Matrices(plies, tuple(ply.name for ply in scene.plies)) if plies else None
 
@@ -195,11 +220,9 @@ def series_stiffness(fabric: Fabric, numerics: Numerics) -> float:
     return SERIES * max(tension_stiffness(soften(fabric, numerics.yarn_softening)))
 
 
-def _build_ply(scene: Setup, ply: Ply, span: Span, device: str) -> PlyMatrix:
+def _build_ply(scene: Setup, ply: Ply, matrix: Matrix, span: Span, device: str) -> PlyMatrix:
     gradients, areas = flat_gradients(ply)
     triangles = np.asarray(ply.mesh.triangles, dtype=np.int32) + span.first_vertex
-    matrix = ply.fabric.matrix
-    assert matrix is not None
     return PlyMatrix(
         span,
         _law(scene, ply, matrix),
@@ -229,7 +252,12 @@ def viscosity_struct(law: ViscosityLaw) -> kernels.Viscosity:
     out = kernels.Viscosity()
     match law:
         case Newtonian():
-            out.law, out.at_rest, out.rate, out.exponent = kernels.NEWTONIAN, law.viscosity, 1.0, 1.0
+            out.law, out.at_rest, out.rate, out.exponent = (
+                kernels.NEWTONIAN,
+                law.viscosity,
+                1.0,
+                1.0,
+            )
         case PowerLaw():
             out.law, out.at_rest = kernels.POWER, law.at_rest
             out.rate, out.exponent = law.lowest_rate, law.exponent

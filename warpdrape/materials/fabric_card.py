@@ -238,8 +238,8 @@ def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
     count = 3 if fabric.matrix is None else 4
     figure = Figure(figsize=(4.0 * count, 3.8), layout="constrained")
     tension, couple, force, *viscous = figure.subplots(1, count)
-    for axes in viscous:
-        plot_matrix(fabric, axes)
+    if fabric.matrix is not None:
+        plot_matrix(fabric, fabric.matrix, *viscous)
     _plot_tensions(fabric, tension)
     _plot_shear(fabric, couple, force)
     figure.suptitle(fabric.name)

@@ -64,10 +64,8 @@ def matrix_rows(fabric: Fabric) -> list[tuple[str, str]]:
     return rows
 
 
-def plot_matrix(fabric: Fabric, axes: Axes) -> None:
+def plot_matrix(fabric: Fabric, matrix: Matrix, axes: Axes) -> None:
     """Draw the viscous couple over the rate, at some temperatures if it depends on them."""
-    matrix = fabric.matrix
-    assert matrix is not None
     rates = np.logspace(-3, 1, 161)
     shift = matrix.shift
     temperatures: list[float | None] = [None]

@@ -41,6 +41,6 @@ def process_words(summary: Mapping[str, Any]) -> list[str]:
     if clock is None:
         return []
     return [
-        f"{clock['process_s']:.4g} s of the press in {1e3 * summary['simulated_s']:.4g} ms: rates "
-        f"are the press's, inertia is {clock['inertia']:.2g} times as large"
+        f"{clock['process_s']:.4g} s of the process in {1e3 * summary['simulated_s']:.4g} ms: "
+        f"rates are the process's, inertia is {clock['inertia']:.2g} times as large"
     ]
