@@ -14,6 +14,8 @@ from warpdrape.wording import brief
 
 GAS_CONSTANT = 8.314462618
 """R [J/(mol·K)], exact since 2019."""
+MOST_VISCOUS = 1e15
+"""Viscosity beyond which nothing flows [Pa·s]."""
 MOST_SHIFT = 1e12
 """Shift factor at the lowest temperature beyond which the matrix is no liquid there [-]."""
 
@@ -63,12 +65,17 @@ class PowerLaw:
         _check_exponent(self.exponent)
         positive("reference_rate", self.reference_rate, unit="1/s")
         positive("lowest_rate", self.lowest_rate, unit="1/s")
+        if not self.at_rest <= MOST_VISCOUS:
+            raise InputError(
+                f"lowest_rate = {self.lowest_rate:g} 1/s makes the viscosity at rest "
+                f"{self.at_rest:.3g} Pa·s, that of a solid: give the lowest rate measured"
+            )
 
     @property
     def at_rest(self) -> float:
         """Viscosity far below the lowest rate [Pa·s]."""
-        share = (self.reference_rate / self.lowest_rate) ** 2
-        return self.viscosity * (1.0 + share) ** (0.5 * (1.0 - self.exponent))
+        share = self.reference_rate / self.lowest_rate
+        return self.viscosity * math.hypot(1.0, share) ** (1.0 - self.exponent)
 
     def stress(self, rate: ArrayLike) -> np.ndarray:
         """σ [Pa] at rates of shear r [1/s]."""
