@@ -132,6 +132,20 @@ def test_lines_of_python_on_the_page_of_approaches(capsys):
     assert len(names["darts"]) == 4
 
 
+def test_card_and_lines_of_python_on_the_page_of_prepregs(tmp_path):
+    page = ROOT / "docs" / "prepreg.md"
+    (matrix,) = blocks(page, "toml")
+    card = tmp_path / "my_prepreg.toml"
+    card.write_text(blocks(ROOT / "docs" / "usage.md", "toml")[0] + matrix, encoding="utf-8")
+    assert load_fabric(card).matrix == load_fabric("synthetic_prepreg").matrix
+    (text,) = blocks(page, "python")
+    names = {}
+    exec(compile(text.replace("cells=10", "cells=4"), "prepreg.md", "exec"), names)
+    result = names["scene"].run(frames=1)
+    assert result.completed and result.summary["process_clock"]["process_s"] == pytest.approx(2.0)
+    assert result.plies[0].temperature.min() < result.plies[0].temperature.max()
+
+
 def test_lines_of_python_on_the_notebook_page(tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     monkeypatch.chdir(tmp_path)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.materials.friction_file import load_friction
+    from warpdrape.materials.matrix import Heat, Matrix
     from warpdrape.numerics import Numerics
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
@@ -46,7 +47,9 @@ __all__ = [
     "Fabric",
     "Float",
     "Friction",
+    "Heat",
     "InputError",
+    "Matrix",
     "Numerics",
     "Path",
     "Ply",
@@ -82,7 +85,9 @@ _HOME = {
     "Fabric": "materials.fabric",
     "Float": "tools.floating",
     "Friction": "materials.friction",
+    "Heat": "materials.matrix",
     "InputError": "errors",
+    "Matrix": "materials.matrix",
     "Numerics": "numerics",
     "Path": "tools.motion",
     "Ply": "blanks.ply",

@@ -30,7 +30,7 @@ class Scene(Setup):
         ply_friction: between plies, likewise; or one for each pair of their fabrics, such as
             ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
         process_duration: time that the press takes for what is simulated in ``duration`` [s]; for
-            friction that depends on speed.
+            friction that depends on speed, and plies with a viscous matrix: their clock is this.
         self_contact: whether the folds of plies that bend are held apart, with the friction of
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].

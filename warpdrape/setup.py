@@ -143,6 +143,7 @@ class Setup:
             self.friction_between(one, other)
         for ply in filter(self.touches_itself, self.plies):
             self.friction_between(ply, ply)
+        self._check_process()
         self._check_friction()
         _refuse_other_units(self.plies, self.tools)
         for thing in held:
@@ -173,6 +174,45 @@ class Setup:
         interfaces += [self.friction_between(ply, ply) for ply in touching]
         return tuple({id(law): law for law in interfaces if law.varies}.values())
 
+    @property
+    def pace(self) -> float:
+        """Rates in the process over those of the simulation [-]."""
+        return 1.0 if self.process_duration is None else self.duration / self.process_duration
+
+    def process_time(self, time: np.ndarray) -> np.ndarray:
+        """Time of the process [s] at times of the motions [s]."""
+        return time / self.pace
+
+    def cools(self, ply: Ply) -> bool:
+        """Whether a ply's temperature changes: its card says how, and some tool has one."""
+        matrix = ply.fabric.matrix
+        holds = matrix is not None and matrix.heat is not None
+        return holds and any(tool.temperature is not None for tool in self.tools)
+
+    def _check_process(self) -> None:
+        """Raise `InputError` where a viscous matrix lacks what it depends on, or is not known."""
+        if self.process_duration is not None:
+            positive("process_duration", self.process_duration, unit="s")
+        wet = [ply for ply in self.plies if ply.fabric.matrix is not None]
+        for tool in self.tools:
+            if tool.temperature is not None and not any(map(self.cools, wet)):
+                raise InputError(
+                    f"tool {tool.name!r}: temperature = {tool.temperature:g} K is of no use: no "
+                    "ply's fabric has a matrix with heat; leave it out, or give matrix.heat"
+                )
+        if not wet or self.approach == "fishnet":  # a net knows no forces
+            return
+        who = f"ply {wet[0].name!r} has a viscous matrix"
+        if self.process_duration is None:
+            raise InputError(
+                f"{who} and needs process_duration = …, the time [s] that the press takes for what "
+                f"is simulated in {self.duration:g} s: it resists by the rates of the press"
+            )
+        if self.approach == "yarns":
+            raise InputError(f"{who}, which approach = 'yarns' does not know: take 'semi_discrete'")
+        if self.numerics.mass_scaling == "selective":
+            raise InputError(f"{who}, which mass_scaling = 'selective' does not know: take 'plain'")
+
     def _check_friction(self) -> None:
         """Raise `InputError` where a friction law lacks what it depends on."""
         for tool in self.tools:
@@ -181,8 +221,6 @@ class Setup:
                     f"friction of tool {tool.name!r} has by_angle, the angle between the yarns of "
                     "two plies: a tool has no yarns; leave it out"
                 )
-        if self.process_duration is not None:
-            positive("process_duration", self.process_duration, unit="s")
         if not any(law.has_speed for law in self.friction_laws):
             return
         if self.process_duration is None:

@@ -16,6 +16,7 @@ from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
 from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.materials.viscosity import check_temperature
 from warpdrape.wording import heading, surface
 
 
@@ -29,6 +30,7 @@ class Ply:
         mesh: flat triangles in x, y [m].
         warp_angle: from the x axis to the warp [rad].
         z: height of its mid-surface [m].
+        temperature: at the start [K]; None for that at which its matrix's viscosity is given.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Ply:
     mesh: FlatMesh
     warp_angle: float = 0.0
     z: float = 0.0
+    temperature: float | None = None
 
     if TYPE_CHECKING:  # what is given is wider than what is kept
 
@@ -47,6 +50,7 @@ class Ply:
             mesh: FlatMesh,
             warp_angle: float = 0.0,
             z: float = 0.0,
+            temperature: float | None = None,
         ) -> None: ...
 
     def __repr__(self) -> str:
@@ -72,6 +76,31 @@ class Ply:
                 f"ply {self.name!r}: warp_angle = {self.warp_angle:.4g} rad must lie in ±360°: "
                 "give radians, as in 45 * deg"
             )
+        self._check_temperature()
+
+    def _check_temperature(self) -> None:
+        """Refuse a temperature that nothing asks for, or at which the matrix is solid."""
+        if self.temperature is None:
+            return
+        name, matrix = f"ply {self.name!r}: temperature", self.fabric.matrix
+        if matrix is None or matrix.shift is None:
+            raise InputError(
+                f"{name} = {said(self.temperature)} is of no use: fabric {self.fabric.name!r} has "
+                "no matrix whose viscosity depends on it; leave it out, or give matrix.shift"
+            )
+        lowest = matrix.shift.lowest_temperature
+        if check_temperature(name, self.temperature) < lowest:
+            raise InputError(
+                f"{name} = {self.temperature:g} K is below the lowest of its matrix's data, "
+                f"{lowest:g} K: form it hotter"
+            )
+
+    @property
+    def warmth(self) -> float | None:
+        """Temperature at the start [K]; None where its fabric asks for none."""
+        if self.temperature is not None or self.fabric.matrix is None:
+            return self.temperature
+        return self.fabric.matrix.temperature
 
     @property
     def yarn_directions(self) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,7 @@ from warpdrape.forces import (
     bending_curve,
     fibre_frame,
     green_naghdi,
+    matrix,
     membrane,
     pressure,
     springs,
@@ -38,7 +39,7 @@ MEMBRANES = {
 """The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
 on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it
 alone. Its elements say how parts on several threads share out a ply."""
-FORCES = (bending, bending_curve, pressure, springs)
+FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""

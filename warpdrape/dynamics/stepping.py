@@ -285,6 +285,7 @@ class Stepper:
             state.clamps.shift.assign(shift.reshape(-1, 3))
             state.clamps.matrix.assign(np.concatenate(matrix))
         state.loads.damping.assign(over_time(scene.numerics.damping, time))
+        state.loads.process.assign(scene.process_time(time))
         if scene.pressures:
             state.loads.pressure.assign(along_normals(scene, time))
         state.step.zero_()

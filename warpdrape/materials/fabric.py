@@ -21,6 +21,7 @@ from warpdrape.materials.laws import (
     Unwoven,
     falling_angle,
 )
+from warpdrape.materials.matrix import Matrix
 from warpdrape.wording import value
 
 MOST_FIBRES = 0.907
@@ -69,6 +70,7 @@ class Fabric:
         yarn_angle: angle from warp to weft in the flat ply [rad].
         bending: resistance to bending; None for a ply that bends freely.
         compaction: pressure against thickness; None for a ply that keeps its thickness.
+        matrix: what is viscous between the yarns of a prepreg; None for a dry fabric.
         fibre_density: of the fibres' material [kg/m³]; None where it is not known.
         locking_angle: shear angle from which on the fabric locks [rad]; None where not known.
         failure_strain_warp: strain at which warp yarns fail [-]; None where it is not known.
@@ -89,6 +91,7 @@ class Fabric:
     yarn_angle: float = math.pi / 2
     bending: Bending | BendingCurve | None = None
     compaction: Compaction | None = None
+    matrix: Matrix | None = None
     fibre_density: float | None = None
     locking_angle: float | None = None
     failure_strain_warp: float | None = None
@@ -100,6 +103,8 @@ class Fabric:
     def __repr__(self) -> str:
         laws = {name: getattr(self, name) for name in ("tension", "shear", "bending", "compaction")}
         words = [f"{name} {value(law) if law else 'none'}" for name, law in laws.items()]
+        if self.matrix is not None:
+            words.append(f"matrix {value(self.matrix.viscosity)}")
         cell = f"{1e3 * self.cell_warp:.3g} × {1e3 * self.cell_weft:.3g} mm"
         return (
             f"Fabric {self.name!r}: {1e3 * self.areal_density:.4g} g/m², "
@@ -145,6 +150,12 @@ class Fabric:
             raise InputError(
                 f"compaction.thicknesses start at {self.compaction.thickness:.6g} m, the fabric's "
                 f"thickness is {self.thickness:.6g} m: give both the same"
+            )
+        if not isinstance(self.matrix, Matrix | None):
+            raise InputError(f"matrix = {said(self.matrix)} is no warpdrape.Matrix")
+        if self.matrix is not None and isinstance(self.tension, Unwoven):
+            raise InputError(
+                "a sheet without yarns has no shear angle for a matrix to resist: leave matrix out"
             )
         self._check_crimp()
         self._check_limits()

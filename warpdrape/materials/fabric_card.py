@@ -23,6 +23,7 @@ from warpdrape.materials.laws import (
     TensionLaw,
     Unwoven,
 )
+from warpdrape.materials.matrix_card import NAMES, matrix_rows, matrix_values, plot_matrix
 
 WIDTH = 96
 """Columns of a card."""
@@ -62,7 +63,10 @@ def _heading(fabric: Fabric) -> str:
         couple = "curve through points"
     if isinstance(fabric.tension, Unwoven):
         couple = "that of the membrane"
-    lines.append(f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}")
+    laws = f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}"
+    if fabric.matrix is not None:
+        laws += f", beside a viscous matrix: {NAMES[type(fabric.matrix.viscosity)]}"
+    lines.append(laws)
     return "\n".join(lines)
 
 
@@ -123,7 +127,7 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         else:
             values.append(("compaction.thicknesses", f"to {law.thinnest:.4g} m"))
             values.append(("compaction.pressures", f"to {law.pressures[-1]:.4g} Pa"))
-    return values
+    return values + ([] if fabric.matrix is None else matrix_values(fabric.matrix))
 
 
 def _tension_values(
@@ -193,7 +197,7 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
                 rows.append(
                     (f"thickness under {pressure / 1e3:g} kPa", f"{1e3 * thickness:.4g} mm")
                 )
-    return rows
+    return rows + matrix_rows(fabric)
 
 
 def _note(source: Source | None, notes: list[tuple[str, str]]) -> str:
@@ -231,8 +235,11 @@ def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
     """Draw tensions, shear couple and normalised shear force of a fabric to a picture file."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
-    tension, couple, force = figure.subplots(1, 3)
+    count = 3 if fabric.matrix is None else 4
+    figure = Figure(figsize=(4.0 * count, 3.8), layout="constrained")
+    tension, couple, force, *viscous = figure.subplots(1, count)
+    if fabric.matrix is not None:
+        plot_matrix(fabric, fabric.matrix, *viscous)
     _plot_tensions(fabric, tension)
     _plot_shear(fabric, couple, force)
     figure.suptitle(fabric.name)

@@ -150,6 +150,7 @@ def _ply(ply: Ply) -> dict[str, Any]:
         f"mesh of ply {ply.name!r}": _digest(ply.mesh.vertices, ply.mesh.triangles),
         f"warp_angle of ply {ply.name!r}": float(ply.warp_angle),
         f"z of ply {ply.name!r}": float(ply.z),
+        f"temperature of ply {ply.name!r}": ply.warmth,
         **laws,
     }
 
@@ -159,6 +160,7 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
     return {
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
+        f"temperature of tool {tool.name!r}": tool.temperature,
         **_motion(tool),
         **(
             {} if tool.turn is None else {f"{MOTIONS}tool {tool.name!r}, turning": plain(tool.turn)}

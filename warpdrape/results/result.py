@@ -59,6 +59,7 @@ class FormedPly:
         contact_pressure: of plies on the face where they press more [Pa], shape [n]; None where
             none can touch.
         tool_pressure: of the tool that presses most [Pa], shape [n]; None without tools.
+        temperature: at vertices [K], shape [n]; None of a ply that keeps its own.
         thickness: [m], shape [m]; None before defects were looked for, as the next three.
         fibre_volume_fraction: [-], shape [m]; None too where the fabric has no ``fibre_density``.
         wrinkle: local amplitude of wrinkles, 0 where there is none [m], shape [m].
@@ -79,6 +80,7 @@ class FormedPly:
     slip: np.ndarray | None = None
     contact_pressure: np.ndarray | None = None
     tool_pressure: np.ndarray | None = None
+    temperature: np.ndarray | None = None
     thickness: np.ndarray | None = None
     fibre_volume_fraction: np.ndarray | None = None
     wrinkle: np.ndarray | None = None
@@ -142,6 +144,7 @@ class FormedPly:
             self.slip,
             self.contact_pressure,
             self.tool_pressure,
+            self.temperature,
             self.thickness,
             self.fibre_volume_fraction,
             self.wrinkle,
@@ -307,7 +310,9 @@ def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
         names += ("slip",)
     if several or any(map(scene.touches_itself, scene.plies)):
         names += ("contact_pressure",)
-    return names + (("tool_pressure",) if scene.tools else ())
+    if scene.tools:
+        names += ("tool_pressure",)
+    return names + (("temperature",) if scene.cools(ply) else ())
 
 
 def shown_of_defects(ply: Ply) -> tuple[str, ...]:

@@ -60,6 +60,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "fabric": fabric,
                 "warp_angle_deg": float(np.degrees(ply.warp_angle)),
                 "z_m": float(ply.z),
+                "temperature_k": ply.warmth,
                 "vertices": len(ply.mesh.vertices),
                 "triangles": len(ply.mesh.triangles),
             }
@@ -73,6 +74,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "friction": _friction(scene.friction_of(tool)),
                 "motion": plain(tool.motion),
                 "turn": plain(tool.turn),
+                "temperature_k": tool.temperature,
             }
             for tool in scene.tools
         ],

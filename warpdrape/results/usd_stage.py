@@ -67,6 +67,7 @@ VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
     ),
     "contact_pressure": ("contactPressure", _FLOATS, "pressure of plies on either face [Pa]"),
     "tool_pressure": ("toolPressure", _FLOATS, "pressure of tools [Pa]"),
+    "temperature": ("temperature", _FLOATS, "temperature [K]"),
 }
 
 

@@ -13,6 +13,7 @@ import trimesh
 from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
+from warpdrape.materials.viscosity import check_temperature
 from warpdrape.tools.floating import Motion
 from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pose import Pose, rotation, shifted
@@ -33,6 +34,7 @@ class Tool:
         friction: Coulomb coefficient against the plies [-], or a `Friction`; None takes the
             scene's.
         turn: how it turns besides, None if it does not.
+        temperature: that it keeps [K]; None for one that passes no heat.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Tool:
     motion: Motion = field(default_factory=Still)
     friction: float | Friction | None = None
     turn: Turn | None = None
+    temperature: float | None = None
 
     def __repr__(self) -> str:
         rubs = "the scene's" if self.friction is None else f"{self.friction:g}"
@@ -60,6 +63,8 @@ class Tool:
             )
         if self.friction is not None:
             friction_of(f"tool {self.name!r}: friction", self.friction)
+        if self.temperature is not None:
+            check_temperature(f"tool {self.name!r}: temperature", self.temperature)
         mesh = self.surface.mesh
         if len(mesh.faces) == 0:
             raise InputError(f"tool {self.name!r}: its mesh has no facets: give it a surface")
