@@ -1,1 +1,1 @@
-"""Materials from a unit cell: yarns of a weave as beams in contact, loaded, and what a card has of it."""
+"""Materials from a unit cell: a weave as beams in contact, pulled and sheared."""

@@ -73,9 +73,9 @@ def _description(plan: Plan) -> str:
 def doubts(plan: Plan) -> list[str]:
     """What is uncertain about the fabric as a whole."""
     found = [
-        "Simulated, not measured: yarns are beams whose sections are squeezed where they touch. They "
-        "slide along themselves without friction, do not break or twist, and do "
-        "not get wider or thicker as they are squeezed. Shear is that of held tensions, and does not depend on strain."
+        "Simulated, not measured: yarns are beams whose sections are squeezed where they touch. "
+        "They slide along themselves without friction, do not break or twist, and do not get wider "
+        "or thicker as they are squeezed. Shear is that of held tensions, whatever the strain."
     ]
     if plan.assumed:
         values = ", ".join(f"{name} {ASSUMED[name]}" for name in plan.assumed)
@@ -117,11 +117,10 @@ def _percent(axis: np.ndarray) -> str:
 
 def _tension(plan: Plan, table: TensionTable, source: str) -> dict[str, Any]:
     ranges = " and ".join(_percent(axis) for axis in table.strains)
-    fullest = max(plan.fibre_share) / (1.0 - table.squeeze)
     doubt = (
-        f"simulated for strains of {ranges}, beyond which it is extrapolated; at most yarns themselves "
-        f"are strained by {100 * table.yarn_strain:.3g} %, and do not break, and sections squeezed by "
-        f"{100 * table.squeeze:.3g} %, to {100 * fullest:.3g} % fibres"
+        f"simulated for strains of {ranges}, beyond which it is extrapolated; at the most yarns "
+        f"themselves are strained by {100 * table.yarn_strain:.3g} %, and do not break, and "
+        f"thinned by {100 * table.squeeze:.3g} % where they cross"
     )
     law: dict[str, Any] = {"law": "table"}
     for family, axis in zip(FAMILIES, table.strains, strict=True):
@@ -137,7 +136,8 @@ def _shear(plan: Plan, curve: ShearCurve, source: str) -> dict[str, Any]:
     share = curve.friction[-1] / max(curve.couples[-1], 1e-300)
     doubt = (
         f"yarn tensions held at {held} N (warp, weft): the couple grows with them; friction is "
-        f"{100 * share:.2g} % of it at {end:.3g}°; ends there: {curve.end}; beyond it is extrapolated"
+        f"{100 * share:.2g} % of it at {end:.3g}°; ends there: {curve.end}; beyond it is "
+        "extrapolated"
     )
     if curve.skew > 0.01:
         doubt += f"; the weave shears {100 * curve.skew:.2g} % harder one way: the mean is given"

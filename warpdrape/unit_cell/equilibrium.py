@@ -23,8 +23,8 @@ TOLERANCE = 1e-12
 """Largest force left, over the stiffest yarn's EA [-]."""
 ROUNDING = 1e-14
 """… over the largest stiffness times the largest height, below which numbers cannot tell [-]."""
-NEAR = 1e4
-"""Times these that are taken where nothing gets lower any more [-]."""
+NEAR = 1e3
+"""Times these that are taken where they do not get smaller any more [-]."""
 ITERATIONS, HALVINGS = 200, 40
 COMPLEX_STEP = 1e-30
 FREE_STEP = 1e-6
@@ -101,7 +101,7 @@ def derivatives(
 def strain_forces(
     model: Model, state: np.ndarray, strain: np.ndarray, which: Sequence[int] = range(5)
 ) -> np.ndarray:
-    """∂W/∂strain of a repeat [J], exact, by complex steps (Squire and Trapp 1998), shape [which]."""
+    """∂W/∂strain of a repeat [J], exact, by complex steps (Squire and Trapp 1998)."""
     found = np.zeros(len(which))
     for place, k in enumerate(which):
         moved = strain.astype(complex)
@@ -138,8 +138,9 @@ def settle(
     shift, tries, size, limit = 0.0, 0, math.inf, 0.0
     for iteration in range(1, ITERATIONS + 1):
         gradient, hessian = search.bordered(state, place)
-        size, limit = search.size(gradient), _limit(model, state, hessian)
-        if size <= limit:
+        before, size = size, search.size(gradient)
+        limit = _limit(model, state, hessian)
+        if size <= limit or before <= size <= NEAR * limit:
             return _equilibrium(model, place, state, iteration)
         step, shift = _downhill(gradient, hessian, shift)
         reached = search.along(state, place, step, gradient, limit)

@@ -13,7 +13,6 @@ from warpdrape.results.raster import Camera, find_visible, vertex_normals
 from warpdrape.results.run_folder import write_whole
 from warpdrape.unit_cell.cell import SECTIONS
 from warpdrape.unit_cell.cell_file import Plan
-from warpdrape.unit_cell.equilibrium import Equilibrium
 from warpdrape.unit_cell.loading import ShearCurve, TensionTable
 from warpdrape.unit_cell.model import Model
 from warpdrape.unit_cell.sides import width

@@ -1,7 +1,8 @@
 """Yarns along themselves: tension uniform along a yarn, and bending out of the ply's plane.
 
 A yarn slides through its crossovers without friction, so that its strain is that of its whole
-length: W = EA l (L/l − 1)²/2 + ∫ B (κ − κ₀)² ds/2, L = ∫ √(λ² + z'²) dx, κ = λ z''/(λ² + z'²)^{3/2}.
+length: W = EA l (L/l − 1)²/2 + ∫ B (κ − κ₀)² ds/2, L = ∫ √(λ² + z'²) dx, with λ the ply's stretch
+along the yarn and κ = λ z''/(λ² + z'²)^{3/2}.
 """
 
 from __future__ import annotations
