@@ -238,6 +238,24 @@ def _calibrate(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _unit_cell(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.unit_cell.command import run_unit_cell
+    print(
+        run_unit_cell(
+            arguments.weave,
+            arguments.out,
+            arguments.settings,
+            dry=arguments.dry,
+            overwrite=arguments.overwrite,
+            say=(lambda _: None) if arguments.quiet else _say,
+        )
+    )
+    return DONE
+
+
 def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
@@ -295,6 +313,7 @@ _COMMANDS = {
     "judge": _judge,
     "report": _report,
     "calibrate": _calibrate,
+    "unit_cell": _unit_cell,
     "study": _study,
     "verify": _verify,
     "info": _info,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import warnings
 from collections.abc import Mapping
@@ -26,9 +27,11 @@ PLACEHOLDER = {
 """Tension of a draft whose tests will tell it."""
 
 
-def quantity(value: Any, unit: str, source: str, doubt: str = "") -> dict[str, Any]:
-    """A measured value as a card has it, rounded to ``DIGITS`` digits."""
-    table = {"value": _rounded(value), "unit": unit, "status": "measured", "source": source}
+def quantity(
+    value: Any, unit: str, source: str, doubt: str = "", status: str = "measured"
+) -> dict[str, Any]:
+    """A value as a card has it, rounded to ``DIGITS`` digits."""
+    table = {"value": _rounded(value), "unit": unit, "status": status, "source": source}
     return {**table, "doubt": doubt} if doubt else table
 
 
@@ -63,6 +66,24 @@ def fabric_of(text: str, named: str) -> Fabric:
         except InputError as error:
             words = str(error).partition(": ")[2] or str(error)
             raise InputError(f"{named}: {words}") from error
+
+
+def card_place(out: str | os.PathLike[str] | None, overwrite: bool) -> Path:
+    """Where a new card goes, before anything is computed.
+
+    Raises:
+        InputError: nowhere, or where it cannot or must not be written.
+    """
+    if out is None:
+        raise InputError("give --out FABRIC.toml for the card, or --dry to see what is understood")
+    path = Path(out)
+    if path.suffix != ".toml":
+        raise InputError(f"--out {path} must end in .toml, as fabrics do")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"--out {path}: give a file in a folder that exists")
+    if path.exists() and not overwrite:
+        raise InputError(f"--out {path} is there already: give --overwrite to replace it")
+    return path
 
 
 def write_card(path: Path, text: str) -> None:

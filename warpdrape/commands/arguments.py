@@ -45,6 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_judge(commands)
     _add_report(commands)
     _add_calibrate(commands)
+    _add_unit_cell(commands)
     _add_study(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
@@ -283,6 +284,35 @@ def _add_calibrate(commands: Any) -> None:
         "--draws", metavar="N", default="400", help="samples of the bootstrap; 400 if not given"
     )
     calibrate.add_argument("--overwrite", action="store_true", help="replace the card")
+
+
+def _add_unit_cell(commands: Any) -> None:
+    cell = _add(
+        commands,
+        "unit_cell",
+        "make a fabric's card from its weave: a unit cell of yarns in contact, pulled and sheared",
+        "Exit status: 0 done, 1 the cell finds no rest, 2 the input cannot be used.",
+    )
+    cell.add_argument(
+        "weave",
+        metavar="WEAVE",
+        help="plain, twill or satin, or a .toml file with the cell's values",
+    )
+    cell.add_argument(
+        "--out",
+        metavar="FABRIC",
+        help="the card's .toml; pictures, curves and record go to FABRIC_unit_cell beside it",
+    )
+    cell.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help='a value of the cell with its unit, as width="4.2 mm"; may be repeated',
+    )
+    cell.add_argument("--dry", action="store_true", help="say what was understood, and stop")
+    cell.add_argument("--overwrite", action="store_true", help="replace the card")
 
 
 def _add_export(commands: Any) -> None:

@@ -30,7 +30,7 @@ THICKEST = 0.1
 """Thickness beyond which a ply's must have been given in millimetres [m]."""
 MOST_STRAIN = 0.5
 """Strain beyond which a yarn cannot have failed only then [-]."""
-STATUSES = ("measured", "second-hand", "inferred", "assumed")
+STATUSES = ("measured", "simulated", "second-hand", "inferred", "assumed")
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Source:
     """Where a value comes from.
 
     Attributes:
-        status: "measured", "second-hand", "inferred" or "assumed".
+        status: "measured", "simulated", "second-hand", "inferred" or "assumed".
         text: the source in words.
         doubt: what is to be verified, and why.
         given: the value as the source gives it, with its unit.
