@@ -25,12 +25,14 @@ if TYPE_CHECKING:
     from warpdrape.materials.friction import Friction
     from warpdrape.materials.friction_file import load_friction
     from warpdrape.numerics import Numerics
+    from warpdrape.results.limits import Limits
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
     from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke
+    from warpdrape.tools.mould import Mould
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
@@ -46,6 +48,8 @@ __all__ = [
     "Float",
     "Friction",
     "InputError",
+    "Limits",
+    "Mould",
     "Numerics",
     "Path",
     "Ply",
@@ -82,6 +86,8 @@ _HOME = {
     "Float": "tools.motion",
     "Friction": "materials.friction",
     "InputError": "errors",
+    "Limits": "results.limits",
+    "Mould": "tools.mould",
     "Numerics": "numerics",
     "Path": "tools.motion",
     "Ply": "blanks.ply",
