@@ -13,6 +13,7 @@ from warpdrape import units  # noqa: E402
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.defects.alignment import WantedDirection
+    from warpdrape.defects.limits import Limits
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.fishnet.darts import suggest_darts
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from warpdrape.materials.friction import Friction
     from warpdrape.materials.friction_file import load_friction
     from warpdrape.numerics import Numerics
-    from warpdrape.results.limits import Limits
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
@@ -86,7 +86,7 @@ _HOME = {
     "Float": "tools.motion",
     "Friction": "materials.friction",
     "InputError": "errors",
-    "Limits": "results.limits",
+    "Limits": "defects.limits",
     "Mould": "tools.mould",
     "Numerics": "numerics",
     "Path": "tools.motion",

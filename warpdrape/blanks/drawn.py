@@ -35,12 +35,14 @@ class Drawn:
         polygon: the outline and its holes [m].
         source: the drawing.
         unit: of the drawing.
+        states_unit: whether the drawing states it itself.
         welded: the largest gap between its curves that was closed [m].
     """
 
     polygon: Polygon
     source: str
     unit: str
+    states_unit: bool
     welded: float
 
     @property
@@ -123,7 +125,7 @@ def read_outline(
         polygon = Polygon(outer.tolist(), [hole.tolist() for hole in holes])
     except InputError as error:
         raise InputError(f"blank = {file}: {error}") from None
-    return Drawn(polygon, str(file), drawing.unit, drawing.welded)
+    return Drawn(polygon, str(file), drawing.unit, drawing.states_unit, drawing.welded)
 
 
 def _sorted(file: Path, drawing: Drawing, layer: str | None) -> tuple[Points, list[Points]]:

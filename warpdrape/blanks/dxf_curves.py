@@ -34,13 +34,15 @@ class Drawing:
 
     Attributes:
         loops: closed curves [m], each shape [n, 3], the first point not repeated.
-        unit: that the file states or that was given; "" for none.
+        unit: that the file states or that was given.
+        states_unit: whether the file states it.
         welded: the largest gap that was closed [m].
         loose: what is wrong with a curve that is part of no closed one; "" if none is loose.
     """
 
     loops: list[np.ndarray]
     unit: str
+    states_unit: bool
     welded: float
     loose: str
 
@@ -90,7 +92,8 @@ def read_drawing(
         points = np.array([tuple(p) for p in curve.flattening(flat / factor)], float) * factor
         (closed if curve.is_closed else loose).append(points)
     chains, gap, fault = _chained(_once(loose, weld), weld)
-    return Drawing([_open(loop) for loop in (*closed, *chains)], name, gap, fault)
+    found = [_open(loop) for loop in (*closed, *chains)]
+    return Drawing(found, name, drawing.units != 0, gap, fault)
 
 
 def layers_of(path: Path) -> list[str]:

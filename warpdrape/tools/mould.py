@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from warpdrape.cad_file import is_cad
 from warpdrape.errors import InputError, one_of, positive
@@ -205,9 +204,3 @@ class Mould:
         press = Float(force=force, axis=way, mass=ALUMINIUM * PLATE * area, ramp=FORCE_RISES)
         ring = Tool(name=name, surface=surface, motion=press)
         return ring.moved((0.0, 0.0, self.level + (0.0 if male else thickness)))
-
-
-def size_in(path: str | os.PathLike[str]) -> np.ndarray:
-    """Sizes of a mesh file along its axes in its own unit, shape [3]."""
-    mesh = trimesh.load(path, force="mesh", process=False)
-    return np.ptp(np.asarray(mesh.vertices), axis=0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -74,7 +74,7 @@ def face_of(who: str, surface: Surface) -> Face:
     """
     if not surface.mesh.is_watertight and _upward(surface.mesh).sum() < 0.0:
         turned = trimesh.Trimesh(surface.mesh.vertices, surface.mesh.faces[:, ::-1], process=False)
-        surface = Surface(turned, -surface.normals[:, ::-1], surface.exact)
+        surface = replace(surface, mesh=turned, normals=-surface.normals[:, ::-1])
     mesh = surface.mesh
     up = mesh.face_normals[:, 2] > STEEP
     seen = up & _is_seen(mesh)
@@ -84,7 +84,7 @@ def face_of(who: str, surface: Surface) -> Face:
     hidden = float(mesh.area_faces[up & ~seen].sum() / mesh.area_faces[kept].sum())
     faces = trimesh.Trimesh(mesh.vertices, mesh.faces[kept], process=False)
     faces.remove_unreferenced_vertices()
-    found = Surface(faces, surface.normals[kept], surface.exact)
+    found = replace(surface, mesh=faces, normals=surface.normals[kept])
     rim, level = _flat_rim(faces)
     return Face(found, rim, level, hidden)
 

@@ -43,7 +43,10 @@ def read_surface(
             "whose facets are made here: leave it out"
         )
     mesh = read_facets(name, source, scale)
-    return Surface(mesh, creased_normals(mesh), exact=False)
+    words = ""
+    if not isinstance(source, trimesh.Trimesh):
+        words = f"{os.path.basename(source)} with {scale:g} m to its unit"
+    return Surface(mesh, creased_normals(mesh), exact=False, source=words)
 
 
 def cad_surface(
@@ -61,7 +64,8 @@ def cad_surface(
     mesh = trimesh.Trimesh(found.mesh.vertices, facets, process=False)
     solid = mesh.nondegenerate_faces()
     mesh.update_faces(solid)
-    return Surface(mesh, normals[solid], exact=True), found.unit
+    words = f"{os.path.basename(source)}, which is in {found.unit}"
+    return Surface(mesh, normals[solid], exact=True, source=words), found.unit
 
 
 def read_facets(
