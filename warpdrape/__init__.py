@@ -13,6 +13,7 @@ from warpdrape import units  # noqa: E402
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.defects.alignment import WantedDirection
+    from warpdrape.defects.limits import Limits
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.fishnet.darts import suggest_darts
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from warpdrape.setup import Clamp
     from warpdrape.tools.floating import Float
     from warpdrape.tools.motion import Path, Stages, Still, Stroke
+    from warpdrape.tools.mould import Mould
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
@@ -49,7 +51,9 @@ __all__ = [
     "Friction",
     "Heat",
     "InputError",
+    "Limits",
     "Matrix",
+    "Mould",
     "Numerics",
     "Path",
     "Ply",
@@ -88,6 +92,8 @@ _HOME = {
     "Heat": "materials.matrix",
     "InputError": "errors",
     "Matrix": "materials.matrix",
+    "Limits": "defects.limits",
+    "Mould": "tools.mould",
     "Numerics": "numerics",
     "Path": "tools.motion",
     "Ply": "blanks.ply",

@@ -36,6 +36,7 @@ class Scene(Setup):
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         defects: from which size on something counts as a defect.
+        limits: the most that the part may have of each, for ``warpdrape judge``; None for its own.
         wanted: directions that yarns should have, against which misalignment is reported.
         approach: by which it is computed: "semi_discrete"; with stress as a state in the frame
             "green_naghdi" or "fibre_frame"; "yarns" for chains of bars; or "fishnet" for a net on

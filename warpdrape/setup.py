@@ -13,6 +13,7 @@ import numpy as np
 from warpdrape.approaches import APPROACHES, SEMI_DISCRETE
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
+from warpdrape.defects.limits import Limits
 from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
@@ -100,6 +101,7 @@ class Setup:
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     defects: DefectThresholds = field(default_factory=DefectThresholds)
+    limits: Limits | None = None
     wanted: Sequence[WantedDirection] = ()
     approach: str = SEMI_DISCRETE
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -129,6 +131,8 @@ class Setup:
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         if not isinstance(self.defects, DefectThresholds):
             raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
+        if not isinstance(self.limits, Limits | None):
+            raise InputError(f"limits = {said(self.limits)} must be warpdrape.Limits")
         held: list[Clamp | Pressure | Spring] = [*self.clamps, *self.pressures, *self.springs]
         acting_names = [thing.name for thing in self.tools] + [thing.name for thing in held]
         ply_names = [ply.name for ply in self.plies]

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warpdrape.blanks.drawn import read_outline
+from warpdrape.blanks.dxf_curves import WELD
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.meshing import mesh_outline
 from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
-from warpdrape.errors import InputError, finite, said
+from warpdrape.errors import InputError, finite, length, said
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.viscosity import check_temperature
@@ -203,6 +205,46 @@ class Ply:
         """
         mesh = FlatMesh.from_file(path, scale=scale)
         return cls(name=name, fabric=fabric, mesh=mesh, warp_angle=warp_angle, z=z)
+
+    @classmethod
+    def from_dxf(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        path: str | os.PathLike[str],
+        *,
+        edge: float,
+        unit: str | None = None,
+        layer: str | None = None,
+        weld: float = WELD,
+        centre: Sequence[float] | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a blank from a drawing: polylines, circles, ellipses, splines, lines and arcs.
+
+        The largest closed curve is the outline, those in it are holes; holes narrower than ``edge``
+        are left out, with a warning. Needs ``warpdrape[dxf]``.
+
+        Args:
+            name: how results call it.
+            fabric: fabric, or the name or file of one.
+            path: the DXF file.
+            edge: mesh size [m].
+            unit: "mm", "cm", "m" or "inch" of a drawing that states none.
+            layer: the one that is read; None reads all.
+            weld: gap between two ends of curves that is closed [m].
+            centre: where the middle of the outline's box comes to lie [m], shape [2]; None leaves
+                it where it is drawn.
+            mesh: as for `rectangle`.
+            warp_angle: from x to the warp [rad].
+            z: height of its mid-surface [m].
+        """
+        size = length("edge", edge)
+        outline = read_outline(path, unit=unit, layer=layer, weld=weld).without_small_holes(size)
+        outline = outline if centre is None else outline.centred(centre)
+        return cls._meshed(name, fabric, outline, None, size, mesh, warp_angle, z)
 
     @classmethod
     def _meshed(cls, name, fabric, outline, cells, edge, mesh, warp_angle, z) -> Ply:

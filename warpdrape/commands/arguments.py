@@ -32,6 +32,8 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"warpdrape {_version()}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    _add_new(commands)
+    _add_check(commands)
     _add_run(commands)
     _add_resume(commands)
     _add_compare(commands)
@@ -74,6 +76,64 @@ def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.Arg
     )
     command.add_argument("-q", "--quiet", action="store_true", help=quiet)
     return command
+
+
+def _add_new(commands: Any) -> None:
+    new = _add(
+        commands,
+        "new",
+        "write a commented scene script for your own part",
+        "What is not given is asked for on a terminal, and elsewhere taken by default. "
+        "Then: warpdrape check NAME.py, warpdrape run NAME.py.",
+    )
+    new.add_argument("name", metavar="NAME", help="of the scene; NAME.py is written")
+    new.add_argument(
+        "--mould", metavar="FILE", help="STEP or IGES, or STL, OBJ, PLY, OFF, GLB with --units"
+    )
+    new.add_argument("--units", metavar="UNIT", help="of files that state none: mm, cm, m or inch")
+    new.add_argument(
+        "--up", metavar="AXIS", default="z", help="the file's direction that is up: z, -z, x, …"
+    )
+    new.add_argument(
+        "--kind", metavar="KIND", help="female or male; if not given, what the mould looks like"
+    )
+    new.add_argument(
+        "--blank",
+        metavar="BLANK",
+        help="a .dxf, or a size such as 300x200mm; if not given, as large as the mould",
+    )
+    new.add_argument(
+        "--layer", metavar="LAYER", help="of the .dxf that holds the blank, if it has several"
+    )
+    new.add_argument(
+        "--angles", metavar="A,B,…", help="of the warp of each ply, from the bottom up [deg]"
+    )
+    new.add_argument("--fabric", metavar="NAME", help="a name, or a .toml file")
+    new.add_argument(
+        "--holder", metavar="FORCE", help="of the blank holder, such as 200N; 0 for no holder"
+    )
+
+
+def _add_check(commands: Any) -> None:
+    check = _add(
+        commands,
+        "check",
+        "say what a scene will do, and draw it, without running it",
+        "Makes the checks of a run's start. Exit status: 0 it would run, 2 the input cannot be "
+        "used.",
+    )
+    _add_scene(check)
+    check.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help="a parameter of the scene, in SI units; may be repeated",
+    )
+    check.add_argument("--out", metavar="FILE", help="the picture; SCENE_check.png if not given")
+    check.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
+    check.add_argument("--frames", metavar="N", default="60", help="as for run; 60 if not given")
 
 
 def _add_run(commands: Any) -> None:
@@ -234,8 +294,8 @@ def _add_judge(commands: Any) -> None:
         "limits",
         metavar="LIMITS",
         nargs="?",
-        help="a .toml file with limits; if not given: no wrinkle, no bridge, nothing past locking "
-        "or failure",
+        help="a .toml file with limits; if not given those of the scene, and where it has none: no "
+        "wrinkle, no bridge, nothing past locking or failure",
     )
     judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
 

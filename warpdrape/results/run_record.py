@@ -40,6 +40,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
+        "limits": None if scene.limits is None else plain(dataclasses.asdict(scene.limits)),
         "wanted": [
             {
                 "name": wanted.name,

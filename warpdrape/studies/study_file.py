@@ -12,8 +12,8 @@ from typing import Any
 
 from warpdrape.cadence import read_cadence
 from warpdrape.commands.scene_library import SceneScript, find_script
+from warpdrape.defects.limits import Limits, read_limits
 from warpdrape.errors import InputError, nearest, said
-from warpdrape.results.limits import Limits, read_limits
 from warpdrape.studies.cards import Card, read_card
 from warpdrape.studies.design import Design, Row, read_design
 from warpdrape.studies.measures import Measure, read_measures

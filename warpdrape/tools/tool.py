@@ -151,24 +151,30 @@ class Tool:
         source: str | os.PathLike | trimesh.Trimesh,
         *,
         scale: float = 1.0,
+        tolerance: float | None = None,
         **options,
     ) -> Tool:
-        """Make a tool from a mesh file or a trimesh; its facets' outside meets the plies.
+        """Make a tool from a mesh or CAD file or a trimesh; its facets' outside meets the plies.
 
         Facets that differ in sense from their neighbours are turned, with a warning, and those of
         closed solids outward. An open surface that faces away from the plies as a whole is refused
         when the run starts; see `flipped`.
 
+        STEP and IGES files state their unit and need no scale; their facets are made here, with the
+        true surfaces' normals.
+
         Args:
             name: how results call it.
-            source: file that trimesh reads, or a mesh.
-            scale: metres per unit of the file (1e-3 for millimetres).
+            source: file that trimesh reads, a STEP or IGES file, or a mesh.
+            scale: metres per unit of a mesh file (1e-3 for millimetres).
+            tolerance: largest distance of a CAD file's facets from its surfaces [m]; None takes a
+                two thousandth of its size.
             options: motion, turn, friction.
 
         Raises:
             InputError: if the file is missing, unreadable, empty or holds NaN.
         """
-        return cls(name=name, surface=read_surface(name, source, scale), **options)
+        return cls(name=name, surface=read_surface(name, source, scale, tolerance), **options)
 
     @classmethod
     def punch(
