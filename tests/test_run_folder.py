@@ -33,7 +33,7 @@ def test_results_are_refused_unless_overwritten(tmp_path, name):
     assert name in str(caught.value)
     folder = RunFolder(tmp_path, overwrite=True)
     assert (tmp_path / name).read_text() == "old"  # until the run begins
-    with pytest.warns(UserWarning, match=r"holds notes\.txt beside the run, kept as before"):
+    with pytest.warns(UserWarning, match=r"also holds notes\.txt: left as it is"):
         folder.begin()
     assert names(tmp_path) == ["notes.txt"]
 
@@ -56,7 +56,7 @@ def test_pictures_of_the_run_before_go_with_it_and_those_of_the_user_stay(tmp_pa
     (tmp_path / "run.json").write_text(record)
     for name in (*MADE, *OWN):
         (tmp_path / name).write_text("old")
-    with pytest.warns(UserWarning, match=r"holds .* and \d more beside the run"):
+    with pytest.warns(UserWarning, match=r"also holds .* and \d more: left"):
         RunFolder(tmp_path, overwrite=True).begin()
     gone = MADE if record != "damaged" else ("stack_slip.mp4",)
     assert names(tmp_path) == sorted({*MADE, *OWN} - set(gone))

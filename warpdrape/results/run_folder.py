@@ -163,8 +163,7 @@ class RunFolder:
         self._begun = True
         if others:
             warnings.warn(
-                f"{self.path} holds {others} beside the run, kept as before: of the run before, "
-                "perhaps",
+                f"{self.path} also holds {others}: left as it is, and perhaps of the run before",
                 stacklevel=2,
             )
 
