@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 FILMS_AND_PICTURES = (".png", ".mp4")
@@ -48,6 +49,8 @@ def pictures_in(folder: Path, record: Path) -> list[Path]:
 def put_aside(folder: Path, name: str) -> Path | None:
     """Give a folder of the run before, which may hold work of the user, a name that says so.
 
+    It takes the place of one that was put aside before: they do not pile up.
+
     Args:
         folder: of the run.
         name: of the folder in it.
@@ -60,10 +63,11 @@ def put_aside(folder: Path, name: str) -> Path | None:
     """
     if not (folder / name).is_dir():
         return None
-    number, aside = 1, folder / f"{name}_of_the_run_before"
-    while os.path.lexists(aside):
-        number += 1
-        aside = folder / f"{name}_of_the_run_before_{number}"
+    aside = folder / f"{name}_of_the_run_before"
+    if aside.is_dir() and not aside.is_symlink():
+        shutil.rmtree(aside)
+    else:
+        aside.unlink(missing_ok=True)
     os.rename(folder / name, aside)
     return aside
 
