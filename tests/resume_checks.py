@@ -150,6 +150,37 @@ def cut_off(scene, folder: Path, frame, monkeypatch, *, frames=8, every=2, threa
     raise AssertionError("it came to its end")
 
 
+def cut_between(scene, folder: Path, when, monkeypatch, *, frames=3, **options):
+    """Leave a folder as a run leaves it that is killed just after a checkpoint between frames.
+
+    Args:
+        scene: to be run.
+        folder: to be left.
+        when: function of the last frame and the run's loading: whether it may be then; it is the
+            third time.
+        monkeypatch: pytest's.
+        frames: of the run.
+        options: of it.
+    """
+    whole, moments = folder.with_name(folder.name + " whole"), []
+
+    def stop(self, frame, *, stopping):
+        moments.extend([frame] if when(frame, self._loading) else [])
+        if len(moments) == 3:
+            self.take(frame)
+            shutil.copytree(whole, folder, ignore=shutil.ignore_patterns(".lock"))
+            raise Cut
+
+    with monkeypatch.context() as patch:
+        patch.setattr(restart.Keeper, "between", stop)
+        try:
+            scene.run(whole, frames=frames, checkpoint=frames, **options)
+        except Cut:
+            shutil.rmtree(whole)
+            return
+    raise AssertionError("it came to its end")
+
+
 def timeless(summary):
     """A summary without what differs from run to run."""
     return {name: value for name, value in summary.items() if name not in TIMES}

@@ -61,6 +61,22 @@ def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow
         assert (ROOT / file).is_file()
 
 
+@pytest.mark.parametrize("room", ["tests", "bench", "docs", "examples", "warpdrape/report"])
+def test_a_source_distribution_has_all_files(room):
+    """Python's own files of the package are in it anyway."""
+    lines = (ROOT / "MANIFEST.in").read_text("utf-8").splitlines()
+    rules = [line.split()[1:] for line in lines if line.startswith("recursive-include ")]
+    for file in (ROOT / room).rglob("*"):
+        made = any(part.startswith((".", "__pycache__")) for part in file.relative_to(ROOT).parts)
+        if made or file.is_dir() or (room.startswith("warpdrape") and file.suffix == ".py"):
+            continue
+        taken = (
+            file.is_relative_to(ROOT / folder) and any(map(file.match, patterns))
+            for folder, *patterns in rules
+        )
+        assert any(taken), file
+
+
 @pages()
 def test_files_named_are_there(page):
     for name in re.findall(r"`((?:[\w.]+/)+[\w.]*)`", page.read_text("utf-8")):

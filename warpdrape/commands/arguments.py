@@ -232,7 +232,7 @@ def _add_how(command: argparse.ArgumentParser) -> None:
         metavar="EVERY",
         default="auto",
         help="keep one every so many frames (5) or seconds (60s), or none; if not given, as often "
-        "as it takes less than a hundredth of the time",
+        "as it takes less than a hundredth of the time; another when a signal ends the run",
     )
 
 

@@ -48,6 +48,7 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
     plies = [ply.name for ply in scenes[0].plies]
     ply = plies[0] if arguments.ply is None else one_of("ply", arguments.ply, plies)
     finished = _finished(folder, built, options, arguments.overwrite)
+    _remove_comparison(folder)
     runs = _run_all(folder, built, finished, arguments, options)
     if any(run.completed for run in runs):
         _conclude(runs, plies, ply, folder, arguments.report)
@@ -117,6 +118,21 @@ def _finished(
                 f"{place} holds {differs}: give --overwrite to replace it, or another --out"
             )
     return found
+
+
+def _remove_comparison(folder: Path) -> None:
+    """Remove what was written of other runs, or of fewer: not all of it is written each time."""
+    from warpdrape.results.comparison import COMPARISON_TABLE
+    from warpdrape.results.comparison_picture import COMPARISON_PICTURE
+
+    for name in (COMPARISON_TABLE, COMPARISON_PICTURE, PAGE):
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{folder / name} cannot be replaced ({error.strerror}): close what uses it, or "
+                "give another --out"
+            ) from error
 
 
 def _run_all(

@@ -159,15 +159,21 @@ class Fabric:
             )
         self._check_crimp()
         self._check_limits()
+        self._warn_of_a_fall()
+
+    def _warn_of_a_fall(self) -> None:
+        """Warn of a couple that falls, with what may be wrong with its kind of law."""
         falling = falling_angle(self.shear)
-        if falling is not None:
-            table = isinstance(self.shear, ShearTable)
-            remedy = "the couples of its table there" if table else "the signs of its coefficients"
-            warnings.warn(
-                f"fabric {self.name!r}: the shear couple falls beyond "
-                f"{math.degrees(falling):.1f}°; check {remedy}",
-                stacklevel=3,
+        if falling is None:
+            return
+        words = f"falls beyond {math.degrees(falling):.1f}°; check the signs of its coefficients"
+        if isinstance(self.shear, ShearTable):
+            first, second = map(math.degrees, self.shear.first_fall())
+            words = (
+                f"falls from {first:.4g}° to {second:.4g}° of its table; leave out which of the "
+                "two points is wrong, or let warpdrape calibrate fit a curve that never falls"
             )
+        warnings.warn(f"fabric {self.name!r}: the shear couple {words}", stacklevel=4)
 
     def _check_crimp(self) -> None:
         if not isinstance(self.tension, CrimpInterchange):
