@@ -252,6 +252,16 @@ def _study(arguments: argparse.Namespace) -> int:
     return _complain(why, FAILED) if why else DONE
 
 
+def _optimise(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.optimisation.command import optimise
+
+    why = optimise(arguments)
+    return _complain(why, FAILED) if why else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -296,6 +306,7 @@ _COMMANDS = {
     "report": _report,
     "calibrate": _calibrate,
     "study": _study,
+    "optimise": _optimise,
     "verify": _verify,
     "info": _info,
 }
