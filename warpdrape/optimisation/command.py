@@ -12,9 +12,9 @@ from typing import Any
 from warpdrape.commands.arguments import OUT, whole
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.optimisation.book import Book
+from warpdrape.optimisation.methods import check_method
 from warpdrape.optimisation.optimise_file import Task, read_optimisation
 from warpdrape.optimisation.runner import Runner
-from warpdrape.optimisation.sampler import check_method
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import COMPLETED, Job
 

@@ -13,7 +13,7 @@ from warpdrape.commands.scene_library import SceneScript
 from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.optimisation.aims import FIT, Aims, read_aims
-from warpdrape.optimisation.sampler import METHODS, TPE
+from warpdrape.optimisation.methods import GP, METHODS
 from warpdrape.optimisation.space import Axis, axes_of
 from warpdrape.studies.design import Design, Row
 from warpdrape.studies.parameters import Varied
@@ -117,7 +117,7 @@ def _task(study: Study, given: Mapping[str, Any]) -> Task:
     known += [FIT] if study.limits is not None else []
     if "runs" not in given:
         raise InputError("optimise: runs is missing: say how many, such as runs = 40")
-    method = given.get("method", TPE)
+    method = given.get("method", GP)
     if method not in METHODS:
         raise InputError(f"optimise: method = {said(method)} must be one of {', '.join(METHODS)}")
     varied = [p.name for p in study.parameters]

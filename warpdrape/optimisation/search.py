@@ -24,8 +24,9 @@ from warpdrape.optimisation.book import (
 )
 from warpdrape.optimisation.cost import coarse_cost, pairs_of, spent
 from warpdrape.optimisation.fidelity import Shares, corrected, promoted, shares_of
+from warpdrape.optimisation.known import Known
+from warpdrape.optimisation.methods import METHODS
 from warpdrape.optimisation.runner import Runner
-from warpdrape.optimisation.sampler import Known, propose
 from warpdrape.optimisation.space import Place, place_of, random_places, row_at, spread_places
 
 Say = Callable[[str], None]
@@ -123,7 +124,7 @@ def _places(runner: Runner, kind: str, batch: int, count: int) -> list[Place]:
     known = _known(runner, kind)
     if wanted and any(each.score.counts for each in known):
         seed = _seed(task.seed, batch, _MODEL)
-        spread += propose(axes, known, wanted, method=task.method, seed=seed)
+        spread += METHODS[task.method](axes, known, wanted, seed)
     elif wanted:
         spread += random_places(axes, wanted, _seed(task.seed, batch, _MODEL))
     return _new_ones(spread, tried, random_places(axes, 200, _seed(task.seed, batch, _ELSE)))

@@ -37,6 +37,12 @@ class Axis:
     low: float
     high: float
 
+    @property
+    def log(self) -> bool:
+        """Whether a whole number's steps are those of its logarithm."""
+        spread = self.varied.spread
+        return spread is not None and self.kind == WHOLE and spread.kind == "log_range"
+
     def value(self, at: float) -> Any:
         """The parameter's value at a coordinate."""
         spread = self.varied.spread
@@ -49,10 +55,9 @@ class Axis:
         """The coordinate below which a share of the axis lies, in 0 to 1 [-]."""
         if self.kind == SHARE:
             return float(share)
-        spread = self.varied.spread
-        assert spread is not None
-        if spread.kind == "log_range":
-            return float(min(max(round(spread.at(share)), self.low), self.high))
+        if self.log:
+            high = self.low * (self.high / self.low) ** share
+            return float(min(max(round(high), self.low), self.high))
         return float(min(self.low + int(share * (self.high - self.low + 1)), self.high))
 
     def place(self, value: Any) -> float | None:
@@ -108,6 +113,28 @@ def place_of(axes: Sequence[Axis], row: Row) -> Place | None:
     """The place of values; None if one of them lies outside."""
     found = [axis.place(row[axis.varied.name]) for axis in axes]
     return None if None in found else tuple(at for at in found if at is not None)
+
+
+def features(axes: Sequence[Axis], places: np.ndarray) -> np.ndarray:
+    """Places as a model sees them: each axis from 0 to 1, words each with an axis of its own.
+
+    Args:
+        axes: the space.
+        places: shape [n, axis].
+
+    Returns:
+        Shape [n, feature].
+    """
+    columns = []
+    for axis, at in zip(axes, np.asarray(places, dtype=float).T, strict=True):
+        if axis.kind == CHOICE:
+            count = int(axis.high) + 1
+            columns.append(np.eye(count)[at.astype(int)] / math.sqrt(2.0))  # 1 from word to word
+        elif axis.log:
+            columns.append((np.log(at / axis.low) / math.log(axis.high / axis.low))[:, None])
+        else:
+            columns.append(((at - axis.low) / max(axis.high - axis.low, 1e-300))[:, None])
+    return np.hstack(columns)
 
 
 def spread_places(axes: Sequence[Axis], count: int, seed: int) -> list[Place]:
