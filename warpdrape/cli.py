@@ -285,6 +285,16 @@ def _study(arguments: argparse.Namespace) -> int:
     return _complain(why, FAILED) if why else DONE
 
 
+def _optimise(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.optimisation.command import optimise
+
+    why = optimise(arguments)
+    return _complain(why, FAILED) if why else DONE
+
+
 def _verify(arguments: argparse.Namespace) -> int:
     from warpdrape.commands.interrupts import interrupt_kept
 
@@ -332,6 +342,7 @@ _COMMANDS = {
     "calibrate": _calibrate,
     "unit_cell": _unit_cell,
     "study": _study,
+    "optimise": _optimise,
     "verify": _verify,
     "info": _info,
 }

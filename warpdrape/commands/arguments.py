@@ -49,6 +49,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_calibrate(commands)
     _add_unit_cell(commands)
     _add_study(commands)
+    _add_optimise(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -417,6 +418,24 @@ def _add_study(commands: Any) -> None:
         "Started again, it runs only what is missing. Exit status: 0 all runs have ended, failed "
         "ones among them too; 1 it was interrupted, or none completed; 2 the input cannot be used.",
     )
+    _add_study_options(study)
+
+
+def _add_optimise(commands: Any) -> None:
+    optimise = _add(
+        commands,
+        "optimise",
+        "look for the settings of a scene that are best, beside random ones of equal cost",
+        "Started again, it runs only what is missing. Exit status: 0 all runs have ended, failed "
+        "ones among them too; 1 it was interrupted, or none completed; 2 the input cannot be used.",
+    )
+    _add_study_options(optimise)
+    optimise.add_argument(
+        "--seed", metavar="N", help="of what is random, in place of the file's; give --out too"
+    )
+
+
+def _add_study_options(study: argparse.ArgumentParser) -> None:
     study.add_argument("study", metavar="STUDY", help="a .toml file")
     study.add_argument("--out", metavar="DIR", help=f"folder; {OUT}/NAME if not given")
     study.add_argument("--workers", metavar="N", help="processes here; one a core if not given")
