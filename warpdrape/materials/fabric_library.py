@@ -15,6 +15,7 @@ import numpy as np
 from warpdrape.errors import InputError, one_of, said
 from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.materials.laws import (
@@ -95,6 +96,14 @@ _COMPACTION = {
         "largest_pressure": "pressure",
     },
 }
+_CROSSOVER = {
+    "slip_force_warp": "force",
+    "slip_force_weft": "force",
+    "stiffness_warp": "force per length",
+    "stiffness_weft": "force per length",
+    "friction": "ratio",
+}
+"""All but the last must be given."""
 SOFTEST_YARN, STIFFEST_YARN = 1e6, 4e8
 """Stiffness of yarns over their mass per length, E/ρ of their fibres, that is plausible [m²/s²]."""
 _SHEAR_KEYS = {
@@ -158,7 +167,8 @@ def with_bending(fabric: Fabric | str | os.PathLike[str], choice: str | float) -
 
 def _fabric(file: Section) -> Fabric:
     """Build the fabric that a file describes."""
-    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending", "compaction"))
+    laws = ("tension", "shear", "bending", "compaction", "crossover")
+    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, *laws))
     file.require("name", str, "a text")
     sources: Sources = {}
     isotropic = file.section("tension").values.get("law") in ("isotropic", "rubber")
@@ -183,6 +193,7 @@ def _fabric(file: Section) -> Fabric:
             shear=shear,
             bending=bending,
             compaction=compaction,
+            crossover=_crossover(file, sources),
             sources=sources,
             **values,
         )
@@ -353,6 +364,19 @@ def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Comp
         )
     except ValueError as error:
         section.fail("", f"coefficient, exponent, fibre_density, largest_pressure: {error}")
+    except InputError as error:
+        section.blame(error)
+
+
+def _crossover(file: Section, sources: Sources) -> Crossover | None:
+    if "crossover" not in file.values:
+        return None
+    section, found = file.section("crossover", tuple(_CROSSOVER)), {}
+    for key, kind in _CROSSOVER.items():
+        if key != "friction" or key in section.values:
+            found[key], sources[f"crossover.{key}"] = section.number(key, kind)
+    try:
+        return Crossover(**found)
     except InputError as error:
         section.blame(error)
 
