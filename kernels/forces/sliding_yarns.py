@@ -431,7 +431,6 @@ def measure_slides(
     memory: wp.array(dtype=BarMemory),
     x: wp.array(dtype=wp.vec3d),
     energies: wp.array(dtype=wp.vec3d),
-    left: wp.array(dtype=wp.vec2d),
 ):
     """Compute what crossovers show; one thread a crossover.
 
@@ -442,7 +441,6 @@ def measure_slides(
         memory: of its bars, shape [bar].
         x: positions [m], shape [vertex].
         energies: of springs, of motion, lost in slip [J], shape [crossover]; overwritten.
-        left: share of each yarn that is left in it [-], shape [crossover]; overwritten.
     """
     v = wp.tid()
     known = slides[v]
@@ -452,6 +450,3 @@ def measure_slides(
     moving = half * wp.dot(crossovers.inertia[v], wp.cw_mul(known.rate, known.rate))
     work = known.work + half * wp.dot(on.pull, known.rate)
     energies[v] = wp.vec3d(springs, moving, work - springs - moving)
-    left[v] = wp.vec2d(
-        yarn_left(crossovers, v, 0, known.s[0]), yarn_left(crossovers, v, 1, known.s[1])
-    )

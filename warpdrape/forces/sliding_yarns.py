@@ -122,10 +122,10 @@ class PlySliding:
         wp.launch(measure_bars, count, inputs=[*known, x], outputs=shown, device=device)
         strain, tension, energy = (array.numpy() for array in shown)
         count = len(self.chains.vertices)
-        of_slides = [wp.empty(count, dtype=d, device=device) for d in (wp.vec3d, wp.vec2d)]
+        energies = wp.empty(count, dtype=wp.vec3d, device=device)
         inputs = [*known, memory.bars, x]
-        wp.launch(measure_slides, count, inputs=inputs, outputs=of_slides, device=device)
-        springs, moving, slip = np.einsum("ij->j", of_slides[0].numpy())
+        wp.launch(measure_slides, count, inputs=inputs, outputs=[energies], device=device)
+        springs, moving, slip = np.einsum("ij->j", energies.numpy())
         _, _, (_, shear, stabiliser) = self.pinned.measure(x)
         stored = {
             "yarn": energy.sum(),

@@ -183,6 +183,7 @@ def _fabric(file: Section) -> Fabric:
     shear = _shear(file, sources)
     bending = _bending(file, values, tension, sources)
     compaction = _compaction(file, values, sources)
+    crossover = _crossover(file, sources)
     _one_fibre_density(file, values, sources)
     try:
         fabric = Fabric(
@@ -193,7 +194,7 @@ def _fabric(file: Section) -> Fabric:
             shear=shear,
             bending=bending,
             compaction=compaction,
-            crossover=_crossover(file, sources),
+            crossover=crossover,
             sources=sources,
             **values,
         )
