@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from warpdrape.fishnet.several import drape_fishnets
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
+    from warpdrape.materials.crossover import Crossover
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.materials.friction_file import load_friction
@@ -45,6 +46,7 @@ __all__ = [
     "BendingCurve",
     "Clamp",
     "Compaction",
+    "Crossover",
     "DefectThresholds",
     "Fabric",
     "Float",
@@ -85,6 +87,7 @@ _HOME = {
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",
     "Clamp": "setup",
+    "Crossover": "materials.crossover",
     "DefectThresholds": "defects.thresholds",
     "Fabric": "materials.fabric",
     "Float": "tools.floating",

@@ -55,6 +55,8 @@ class Clamp:
             dW/dδ by the clamp's work W are reported in their place.
         slope: "held": the ply leaves the clamp in its direction; "free": it may turn there, as on
             a hinge. Matters to plies that resist bending.
+        yarns: "held": yarns are gripped where the clamp holds their crossovers; "free": they slide
+            through these as through others. Matters to approach = "sliding_yarns".
     """
 
     name: str
@@ -65,6 +67,7 @@ class Clamp:
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None
     slope: str = "held"
+    yarns: str = "held"
 
     __repr__ = brief
 
@@ -77,6 +80,7 @@ class Clamp:
             )
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
+        one_of(f"yarns of clamp {self.name!r}", self.yarns, ("held", "free"))
 
     def vertices(self, points: np.ndarray) -> np.ndarray:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""

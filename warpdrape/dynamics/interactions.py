@@ -6,6 +6,7 @@ from types import ModuleType
 
 import warp as wp
 
+from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact import (
     ply_contact,
     ply_surfaces,
@@ -23,6 +24,7 @@ from warpdrape.forces import (
     matrix,
     membrane,
     pressure,
+    sliding_yarns,
     springs,
     yarns,
 )
@@ -35,6 +37,7 @@ MEMBRANES = {
     "green_naghdi": green_naghdi,
     "fibre_frame": fibre_frame,
     "yarns": yarns,
+    SLIDING_YARNS: sliding_yarns,
 }
 """The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
 on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it

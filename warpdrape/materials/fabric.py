@@ -11,6 +11,7 @@ from typing import Any
 from warpdrape.errors import InputError, finite, nearest, positive, said, true_or_false
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.laws import (
     CrimpInterchange,
     MooneyRivlin,
@@ -71,6 +72,7 @@ class Fabric:
         bending: resistance to bending; None for a ply that bends freely.
         compaction: pressure against thickness; None for a ply that keeps its thickness.
         matrix: what is viscous between the yarns of a prepreg; None for a dry fabric.
+        crossover: how yarns slide through crossovers; None where it is not known.
         fibre_density: of the fibres' material [kg/m³]; None where it is not known.
         locking_angle: shear angle from which on the fabric locks [rad]; None where not known.
         failure_strain_warp: strain at which warp yarns fail [-]; None where it is not known.
@@ -92,6 +94,7 @@ class Fabric:
     bending: Bending | BendingCurve | None = None
     compaction: Compaction | None = None
     matrix: Matrix | None = None
+    crossover: Crossover | None = None
     fibre_density: float | None = None
     locking_angle: float | None = None
     failure_strain_warp: float | None = None
@@ -144,6 +147,8 @@ class Fabric:
             )
         if not isinstance(self.compaction, Compaction | None):
             raise InputError(f"compaction = {said(self.compaction)} is no warpdrape.Compaction")
+        if not isinstance(self.crossover, Crossover | None):
+            raise InputError(f"crossover = {said(self.crossover)} is no warpdrape.Crossover")
         if self.compaction is not None and not math.isclose(
             self.compaction.thickness, self.thickness, rel_tol=1e-6
         ):

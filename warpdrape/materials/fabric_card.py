@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import os
 import textwrap
+from collections.abc import Mapping
 
 import numpy as np
 
 from warpdrape.materials.bending import GRAVITY, Bending, BendingCurve
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import initial_shear_stiffness, shear_stiffness
@@ -127,7 +129,20 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         else:
             values.append(("compaction.thicknesses", f"to {law.thinnest:.4g} m"))
             values.append(("compaction.pressures", f"to {law.pressures[-1]:.4g} Pa"))
-    return values + ([] if fabric.matrix is None else matrix_values(fabric.matrix))
+    if fabric.matrix is not None:
+        values += matrix_values(fabric.matrix)
+    if fabric.crossover is not None:
+        values += _crossover_values(fabric.crossover, fabric.sources)
+    return values
+
+
+def _crossover_values(law: Crossover, sources: Mapping[str, Source]) -> list[tuple[str, str]]:
+    families = ("warp", "weft")
+    values = [(f"crossover.slip_force_{f}", f"{law.slip(f):.4g} N") for f in families]
+    values += [(f"crossover.stiffness_{f}", f"{law.stiffness(f):.4g} N/m") for f in families]
+    if law.friction or "crossover.friction" in sources:
+        values.append(("crossover.friction", f"{law.friction:.4g}"))
+    return values
 
 
 def _tension_values(

@@ -15,6 +15,7 @@ import numpy as np
 from warpdrape.errors import InputError, one_of, said
 from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.fabric_file import Section, read_law, read_sections
 from warpdrape.materials.laws import (
@@ -35,7 +36,7 @@ from warpdrape.materials.matrix_file import read_matrix
 Sources = dict[str, Source]
 
 _TEXTS = ("name", "description", "doubts")
-_LAWS = ("tension", "shear", "bending", "compaction", "matrix")
+_LAWS = ("tension", "shear", "bending", "compaction", "crossover", "matrix")
 _SCALARS = {
     "areal_density": "areal density",
     "thickness": "length",
@@ -97,6 +98,14 @@ _COMPACTION = {
         "largest_pressure": "pressure",
     },
 }
+_CROSSOVER = {
+    "slip_force_warp": "force",
+    "slip_force_weft": "force",
+    "stiffness_warp": "force per length",
+    "stiffness_weft": "force per length",
+    "friction": "ratio",
+}
+"""All but the last must be given."""
 SOFTEST_YARN, STIFFEST_YARN = 1e6, 4e8
 """Stiffness of yarns over their mass per length, E/ρ of their fibres, that is plausible [m²/s²]."""
 _SHEAR_KEYS = {
@@ -175,6 +184,7 @@ def _fabric(file: Section) -> Fabric:
     shear = _shear(file, sources)
     bending = _bending(file, values, tension, sources)
     compaction = _compaction(file, values, sources)
+    crossover = _crossover(file, sources)
     _one_fibre_density(file, values, sources)
     matrix = read_matrix(file, sources)
     try:
@@ -187,6 +197,7 @@ def _fabric(file: Section) -> Fabric:
             bending=bending,
             compaction=compaction,
             matrix=matrix,
+            crossover=crossover,
             sources=sources,
             **values,
         )
@@ -340,6 +351,19 @@ def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Comp
         )
     except ValueError as error:
         section.fail("", f"coefficient, exponent, fibre_density, largest_pressure: {error}")
+    except InputError as error:
+        section.blame(error)
+
+
+def _crossover(file: Section, sources: Sources) -> Crossover | None:
+    if "crossover" not in file.values:
+        return None
+    section, found = file.section("crossover", tuple(_CROSSOVER)), {}
+    for key, kind in _CROSSOVER.items():
+        if key != "friction" or key in section.values:
+            found[key], sources[f"crossover.{key}"] = section.number(key, kind)
+    try:
+        return Crossover(**found)
     except InputError as error:
         section.blame(error)
 

@@ -228,7 +228,9 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
     travel = None if clamp.travel is None else np.asarray(clamp.travel(times), dtype=float)
     name = f"clamp {clamp.name!r}"
     return {
-        f"what {name} holds": _digest(clamp.ply, clamp.vertices(ply.rest_points), clamp.slope),
+        f"what {name} holds": _digest(
+            clamp.ply, clamp.vertices(ply.rest_points), clamp.slope, clamp.yarns
+        ),
         f"follow of {name}": [float(f) for f in clamp.follow],
         f"{MOTIONS}{name}": [plain(clamp.motion), _digest(matrix), _digest(travel)],
     }

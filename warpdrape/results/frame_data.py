@@ -71,6 +71,9 @@ class PlyFrame:
         thickness: [m], shape (m,).
         fibre_volume_fraction: [-], shape (m,).
         wrinkle: amplitude of wrinkles, 0 where there is none [m], shape (m,).
+        warp_slide: how much warp yarn has gone through the crossover at a vertex, along the warp
+            [m], shape (n,); None where crossovers are pinned, as the next.
+        weft_slide: of weft yarn.
     """
 
     points: ArrayLike
@@ -90,3 +93,5 @@ class PlyFrame:
     thickness: ArrayLike | None = None
     fibre_volume_fraction: ArrayLike | None = None
     wrinkle: ArrayLike | None = None
+    warp_slide: ArrayLike | None = None
+    weft_slide: ArrayLike | None = None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import yarn_gradients
 from warpdrape.contact.pressure import vertex_shapes
@@ -32,6 +33,7 @@ FAMILIES = {
     "strain": ("warp_strain", "weft_strain"),
     "line_tension": ("warp_tension", "weft_tension"),
     "curvature": ("warp_curvature", "weft_curvature"),
+    "yarn_slide": ("warp_slide", "weft_slide"),
 }
 """Arrays of a formed ply that hold both yarn families → those of `PlyFrame` that hold one each.
 Whatever else both have, they have under one name."""
@@ -63,6 +65,9 @@ class FormedPly:
         thickness: [m], shape [m]; None before defects were looked for, as the next three.
         fibre_volume_fraction: [-], shape [m]; None too where the fabric has no ``fibre_density``.
         wrinkle: local amplitude of wrinkles, 0 where there is none [m], shape [m].
+        yarn_slide: how much warp and weft yarn has gone through the crossover at a vertex, each
+            along its own direction [m], 0 where none cross, shape [n, 2]; None where crossovers
+            are pinned.
         wrinkling: the wrinkles, each with its place and size; None of a run that was read back,
             whose summary lists them.
     """
@@ -84,6 +89,7 @@ class FormedPly:
     thickness: np.ndarray | None = None
     fibre_volume_fraction: np.ndarray | None = None
     wrinkle: np.ndarray | None = None
+    yarn_slide: np.ndarray | None = None
     wrinkling: Wrinkling | None = None
 
     @property
@@ -130,6 +136,7 @@ class FormedPly:
         """What the animation shows of it."""
         pulled = (None, None) if self.line_tension is None else self.line_tension.T
         bent = (None, None) if self.curvature is None else self.curvature.T
+        slid = (None, None) if self.yarn_slide is None else self.yarn_slide.T
         return PlyFrame(
             self.points,
             self.warp,
@@ -148,6 +155,8 @@ class FormedPly:
             self.thickness,
             self.fibre_volume_fraction,
             self.wrinkle,
+            slid[0],
+            slid[1],
         )
 
 
@@ -312,7 +321,11 @@ def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
         names += ("contact_pressure",)
     if scene.tools:
         names += ("tool_pressure",)
-    return names + (("temperature",) if scene.cools(ply) else ())
+    if scene.cools(ply):
+        names += ("temperature",)
+    if scene.approach == SLIDING_YARNS:
+        names += ("warp_slide", "weft_slide")
+    return names
 
 
 def shown_of_defects(ply: Ply) -> tuple[str, ...]:

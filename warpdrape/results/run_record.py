@@ -115,6 +115,7 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
         "matrix_at_end": None if clamp.matrix is None else plain(clamp.matrix(end[None])[0]),
         "travel_at_end_m": None if clamp.travel is None else float(clamp.travel(end)),
         "follow": plain(np.asarray(clamp.follow, dtype=float)),
+        "yarns": clamp.yarns,
     }
 
 
