@@ -8,6 +8,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+
 from warpdrape import InputError, Ply, Scene, Spring, lay_up
 from warpdrape.scenes.double_dome import build as double_dome
 

@@ -28,6 +28,7 @@ side = "100 mm"
 """
 QUICK = ["--set", "cells=6", "--set", "duration=0.005", "--frames", "3", "--quiet"]
 ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
 
 
 def run(*argv) -> int:
@@ -345,6 +346,10 @@ COMMANDS = {
     "report": ["RUN", "--out", "report.html"],
     "calibrate": ["tests.toml", "--dry"],
     "study": ["tiny.toml", "--plan"],
+    "optimise": [str(EXAMPLES / "optimise_hemisphere.toml"), "--plan"],
+    "unit_cell": ["plain", "--dry"],
+    "new": ["part", "--mould", str(EXAMPLES / "tutorial" / "tray.stl"), "--units", "mm"],
+    "check": ["hemisphere", "--set", "cells=4", "--out", "check.png"],
     "verify": ["--quick"],
 }
 COMPUTING = {"run", "resume", "compare"}

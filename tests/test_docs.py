@@ -152,7 +152,7 @@ def test_card_and_lines_of_python_on_the_page_of_prepregs(tmp_path):
     page = ROOT / "docs" / "prepreg.md"
     (matrix,) = blocks(page, "toml")
     card = tmp_path / "my_prepreg.toml"
-    card.write_text(blocks(ROOT / "docs" / "usage.md", "toml")[0] + matrix, encoding="utf-8")
+    card.write_text(blocks(ROOT / "docs" / "fabrics.md", "toml")[0] + matrix, encoding="utf-8")
     assert load_fabric(card).matrix == load_fabric("synthetic_prepreg").matrix
     (text,) = blocks(page, "python")
     names = {}

@@ -87,8 +87,12 @@ def edges_inside(body, height):
     while explorer.More():
         edge = getattr(TopoDS, "Edge_s", TopoDS.Edge)(explorer.Current())
         curve = BRepAdaptor_Curve(edge)
-        at = [curve.Value(curve.FirstParameter() + s * (curve.LastParameter() - curve.FirstParameter()))
-              for s in (0.0, 0.5, 1.0)]
+        at = [
+            curve.Value(
+                curve.FirstParameter() + s * (curve.LastParameter() - curve.FirstParameter())
+            )
+            for s in (0.0, 0.5, 1.0)
+        ]
         level = all(abs(p.Z() - height) < 1e-6 for p in at)
         if level and max(abs(p.X()) for p in at) < 0.5 * LENGTH + 1.0:
             found.append(edge)
@@ -103,7 +107,12 @@ def draw_blank(path):
     space = drawing.modelspace()
     for (x, y), first in (((a - r, b - r), 0), ((r, b - r), 90), ((r, r), 180), ((a - r, r), 270)):
         space.add_arc((x, y), r, first, first + 90)
-    for start, end in (((r, 0), (a - r, 0)), ((a, r), (a, b - r)), ((a - r, b), (r, b)), ((0, b - r), (0, r))):
+    for start, end in (
+        ((r, 0), (a - r, 0)),
+        ((a, r), (a, b - r)),
+        ((a - r, b), (r, b)),
+        ((0, b - r), (0, r)),
+    ):
         space.add_line(start, end)
     space.add_circle((12.0, 12.0), HOLE)
     drawing.saveas(path)
