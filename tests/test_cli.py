@@ -347,7 +347,7 @@ COMMANDS = {
     "calibrate": ["tests.toml", "--dry"],
     "study": ["tiny.toml", "--plan"],
     "optimise": [str(EXAMPLES / "optimise_hemisphere.toml"), "--plan"],
-    "unit_cell": ["plain", "--dry"],
+    "unit_cell": [str(EXAMPLES / "unit_cell" / "glass_plain.toml"), "--dry"],
     "new": ["part", "--mould", str(EXAMPLES / "tutorial" / "tray.stl"), "--units", "mm"],
     "check": ["hemisphere", "--set", "cells=4", "--out", "check.png"],
     "verify": ["--quick"],
@@ -373,6 +373,7 @@ def test_every_command_can_be_quiet(name, pressed, tmp_path, monkeypatch, capsys
     status = run(*command)
     assert status == cli.DONE or (name == "judge" and status == cli.UNFIT)
     assert capsys.readouterr().out
+    (tmp_path / "part.py").unlink(missing_ok=True)
     assert run(*command, "-q") == status
     assert capsys.readouterr() == ("", "")
 
