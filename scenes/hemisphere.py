@@ -2,7 +2,7 @@
 
 from warpdrape import Ply, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import hemisphere_tools
+from warpdrape.scenes.press import DIE_EDGE, hemisphere_tools
 from warpdrape.units import deg
 
 
@@ -12,6 +12,7 @@ def build(
     cells: int = 20,
     blank_size: float = 0.3,
     travel: float = 0.075,
+    die_edge: float = DIE_EDGE,
     duration: float = 0.08,
     brake: float = 0.3,
     kinetic_limit: float = 0.0,
@@ -35,6 +36,7 @@ def build(
         cells: squares of four triangles along a side.
         blank_size: side of the blank [m].
         travel: punch travel [m].
+        die_edge: radius of the die's rounded edge [m].
         duration: of the stroke [s].
         brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
@@ -57,7 +59,7 @@ def build(
     ply = Ply.rectangle(
         "ply_0", cloth, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
     )
-    return hemisphere_tools("hemisphere", [ply], parameters, friction)
+    return hemisphere_tools("hemisphere", [ply], parameters, friction, die_edge=die_edge)
 
 
 if __name__ == "__main__":

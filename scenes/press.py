@@ -9,6 +9,7 @@ from typing import Any
 
 from warpdrape import (
     Float,
+    Friction,
     InputError,
     Numerics,
     Ply,
@@ -23,7 +24,6 @@ from warpdrape.units import kg, mm
 PUNCH_RADIUS = 75 * mm
 DIE_RADIUS = 78 * mm
 DIE_EDGE = 10 * mm
-HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 1.9 * kg
 """An aluminium ring of these radii, 5 mm thick."""
@@ -46,9 +46,11 @@ def hemisphere_tools(
     name: str,
     plies: Sequence[Ply],
     parameters: Mapping[str, Any],
-    friction: float,
+    friction: float | Friction,
     ply_friction: float = 0.3,
     die_radius: float = DIE_RADIUS,
+    die_edge: float = DIE_EDGE,
+    closing_time: float | None = None,
 ) -> Scene:
     """Put plies on the die, from the bottom up, and the other tools on them.
 
@@ -56,18 +58,21 @@ def hemisphere_tools(
         name: of the scene.
         plies: from the die up.
         parameters: of the scene, those that `press_scene` uses, and facet.
-        friction: Coulomb coefficient of tools on plies [-].
+        friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
         die_radius: of the die's hole [m].
+        die_edge: radius of its rounded edge, beyond which the holder begins [m].
+        closing_time: that the press takes for the stroke [s]; None where nothing depends on it.
     """
     ring = {"outer_radius": RING_RADIUS, "facet": parameters["facet"]}
-    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
     tools = (
         Tool.punch(radius=PUNCH_RADIUS, facet=parameters["facet"]),
-        Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring),
-        Tool.blank_holder(hole_radius=holder_radius, **ring),
+        Tool.die(hole_radius=die_radius, edge_radius=die_edge, depth=60 * mm, **ring),
+        Tool.blank_holder(hole_radius=die_radius + die_edge, **ring),
     )
-    return press_scene(name, plies, tools, parameters, friction, ply_friction)
+    return press_scene(
+        name, plies, tools, parameters, friction, ply_friction, closing_time=closing_time
+    )
 
 
 def press_scene(
@@ -75,9 +80,10 @@ def press_scene(
     plies: Sequence[Ply],
     tools: Sequence[Tool],
     parameters: Mapping[str, Any],
-    friction: float,
+    friction: float | Friction,
     ply_friction: float = 0.3,
     holder_mass: float = HOLDER_MASS,
+    closing_time: float | None = None,
 ) -> Scene:
     """Lay plies on a die, and let a punch come down on them within a floating blank holder.
 
@@ -87,9 +93,10 @@ def press_scene(
         tools: punch and die and holder, the punch's lowest point and the flats at z = 0.
         parameters: of the scene; travel, duration, holder_force, contact_share, contact, brake,
             kinetic_limit, minimum_time_step, mass_scaling, fast and approach are used.
-        friction: Coulomb coefficient of tools on plies [-].
+        friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
         holder_mass: [kg].
+        closing_time: that the press takes for the stroke [s]; None where nothing depends on it.
     """
     plies = lay_up(plies)
     top = (0.0, 0.0, stack_top(plies))
@@ -113,6 +120,7 @@ def press_scene(
         duration=(1.0 + HOLD) * duration,
         friction=friction,
         ply_friction=ply_friction,
+        process_duration=None if closing_time is None else (1.0 + HOLD) * closing_time,
         numerics=press_numerics(parameters),
         approach=parameters["approach"],
         parameters=parameters,

@@ -10,7 +10,7 @@ import numpy as np
 from law_checks import fabric
 from pxr import Sdf
 
-from warpdrape import Friction, Pressure, Spring, Turn, WantedDirection, restart
+from warpdrape import Crossover, Friction, Pressure, Spring, Turn, WantedDirection, restart
 from warpdrape.blanks.ply import Ply, lay_up, stack_top
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
@@ -18,7 +18,8 @@ from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.scenes import picture_frame
 from warpdrape.setup import Clamp
-from warpdrape.tools.motion import Float, Stroke
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Stroke
 from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
@@ -69,6 +70,15 @@ def bars():
     return dataclasses.replace(press(**FASTER), plies=plies, approach="yarns")
 
 
+def sliding():
+    """The same with yarns that slide through each other."""
+    scene, loose = bars(), {"slip_force_warp": 1e-3, "slip_force_weft": 2e-3}
+    law = Crossover(**loose, stiffness_warp=50.0, stiffness_weft=80.0, friction=0.2)
+    material = dataclasses.replace(STIFF, crossover=law)
+    plies = [dataclasses.replace(ply, fabric=material) for ply in scene.plies]
+    return dataclasses.replace(scene, plies=plies, approach="sliding_yarns")
+
+
 def loaded():
     """With a gripper that slips, a pressure over time, friction that varies, and a wanted angle."""
     return dataclasses.replace(
@@ -115,6 +125,7 @@ SCENES = {
     "coupon": coupon,
     "stress as a state": lambda: dataclasses.replace(press(**FASTER), approach="green_naghdi"),
     "chains of bars": bars,
+    "yarns that slide": sliding,
     "loaded": loaded,
     "turning": turning,
 }

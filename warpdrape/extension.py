@@ -13,7 +13,7 @@ from warpdrape.errors import InputError
 from warpdrape.forces.pressure import along_normals
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, peak_speed
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import rotation
 from warpdrape.tools.tool import Tool
 

@@ -103,6 +103,28 @@ def _folder(
     return RunFolder.of_run(resume)
 
 
+def prepare(scene: Setup, device: str, frames: int) -> tuple[Model, State]:
+    """Check everything that must hold before the first step; return the model and its state.
+
+    Args:
+        scene: what is computed.
+        device: "cpu" or "cuda:0".
+        frames: after the first.
+
+    Raises:
+        InputError: naming what cannot be run.
+    """
+    check_sheets(scene)
+    check_tools(scene)
+    check_clamps(scene)
+    check_loading(scene)
+    model = build_model(scene, device, frames)
+    check_steps(model)
+    state = initial_state(model)
+    check_contacts(model, state)
+    return model, state
+
+
 def _prepare(
     scene: Setup,
     device: str,
@@ -113,15 +135,7 @@ def _prepare(
 ) -> tuple[Model, State]:
     """Check everything, and build the model and its state at the start."""
     if earlier is None:
-        check_sheets(scene)
-        check_tools(scene)
-        check_clamps(scene)
-        check_loading(scene)
-        model = build_model(scene, device, frames or FRAMES)
-        check_steps(model)
-        state = initial_state(model)
-        check_contacts(model, state)
-        return model, state
+        return prepare(scene, device, frames or FRAMES)
     if extend:
         scene, timing = longer(scene, frames, earlier)
     else:

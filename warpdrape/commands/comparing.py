@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warpdrape.approaches import APPROACHES
+from warpdrape.approaches import APPROACHES, SLIDING_YARNS
 from warpdrape.commands.arguments import OUT, whole
 from warpdrape.commands.interrupts import interrupt_kept
 from warpdrape.commands.running import announce_compiling, start_for_runs
@@ -56,13 +56,15 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
 
 
 def read_approaches(text: str | None) -> list[str]:
-    """Names of approaches with commas between them; all where none is given.
+    """Names of approaches with commas between them.
+
+    Where none is given all but the one that most cards have no values for.
 
     Raises:
         InputError: if one is unknown, or given twice.
     """
     if text is None:
-        return list(APPROACHES)
+        return [name for name in APPROACHES if name != SLIDING_YARNS]
     names = [one_of("approach", name.strip(), APPROACHES) for name in text.split(",")]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
