@@ -13,7 +13,7 @@ import numpy as np
 from warpdrape.blanks.ply import Ply
 from warpdrape.dynamics.start_check import over_ply, points_between
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 
 TOUCHING = 0.02

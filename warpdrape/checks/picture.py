@@ -19,7 +19,7 @@ from warpdrape.results.run_folder import write_whole
 from warpdrape.results.usd_reader import PlyView, Surface
 from warpdrape.results.yarn_lines import round_spacing
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.mould_face import plan
 from warpdrape.tools.tool import Tool
 

@@ -13,7 +13,7 @@ from warpdrape.checks.first_contact import Touch, first_touches
 from warpdrape.checks.roundings import smallest_rounding
 from warpdrape.contact.closing import narrowest_gaps
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 from warpdrape.wording import brief, size
 

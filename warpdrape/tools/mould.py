@@ -13,8 +13,8 @@ from warpdrape.cad_file import is_cad
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.errors import length as size
 from warpdrape.tools.counterpart import counterpart
+from warpdrape.tools.floating import Float
 from warpdrape.tools.holder_ring import holder_ring
-from warpdrape.tools.motion import Float
 from warpdrape.tools.mould_face import Face, face_of
 from warpdrape.tools.tool import Tool
 from warpdrape.tools.tool_mesh import cad_surface
