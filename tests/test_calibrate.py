@@ -168,7 +168,13 @@ def test_a_library_card_completed(frames, tmp_path, capsys):
     np.testing.assert_allclose(fabric.shear.couple(angle), base.shear.couple(angle), rtol=5e-3)
     assert run("calibrate", frames(), *options) == 2
     assert "is there already: give --overwrite" in capsys.readouterr().err
-    assert run("calibrate", frames(), *options, "--overwrite") == 0
+    beside = tmp_path / "mine_calibration"
+    renamed = tmp_path / "tests.toml"
+    renamed.write_text(FRAMES.replace("tests.frame", "tests.other"), encoding="utf-8")
+    for name in ("own.png", "friction_steel.toml"):
+        (beside / name).write_text("from before")
+    assert run("calibrate", renamed, *options, "--overwrite") == 0
+    assert sorted(f.name for f in beside.glob("*.[pt][no]*")) == ["other.png", "own.png"]
 
 
 def test_polynomial_card(frames):

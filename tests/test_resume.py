@@ -73,7 +73,13 @@ def after_a_look(frame, loading):
     return frame == 1 and loading.left == 0 and not loading.come_to(2)
 
 
-BETWEEN = [(name, in_the_midst) for name in SCENES] + [("paced", after_a_look)]
+def before_its_end(frame, loading):
+    """After the last step to a frame, which is not yet recorded; the third is the last one."""
+    return loading.left == 0 and loading.come_to(frame + 1)
+
+
+BETWEEN = [(name, in_the_midst) for name in SCENES]
+BETWEEN += [("paced", after_a_look), ("coupon", before_its_end)]
 QUICK = ("paced", "loaded", "turning", "coupon")
 
 
@@ -87,7 +93,8 @@ def test_a_run_that_was_cut_off_between_frames_ends_as_one_that_was_not(
     SCENES[name]().run(tmp_path / "whole", frames=3, checkpoint=3)
     cut_between(SCENES[name](), tmp_path / "cut", when, monkeypatch)
     restart = read_restart(tmp_path / "cut")
-    assert restart.frame == 1 and restart.tally.steps > restart.tally.steps_before > 0
+    assert restart.frame == (2 if when is before_its_end else 1)
+    assert restart.tally.steps > restart.tally.steps_before > 0
     assert (restart.clock.left > 0) == (when is in_the_midst)
     again = SCENES[name]().run(resume=tmp_path / "cut")
     assert again.completed

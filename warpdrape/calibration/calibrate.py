@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 from collections.abc import Callable
@@ -153,6 +154,7 @@ def _write(found: Calibration, path: Path, folder: Path) -> str:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made ({error.strerror}): move it away") from error
+    _remove_earlier(folder)
     pictures = draw_tests(found.plan, found.fits, found.predictions, found.coupons, folder)
     write_residuals(folder / RESIDUALS, found.rows)
     report = understood(found.plan) + "\n\n" + found.report() + "\n"
@@ -163,6 +165,22 @@ def _write(found: Calibration, path: Path, folder: Path) -> str:
     lines.append(f"  {REPORT}, {RESIDUALS}, pictures: {', '.join(p.name for p in pictures)}")
     lines += [f"  {name}: warpdrape.load_friction reads it" for name in frictions]
     return "\n".join(lines)
+
+
+def _remove_earlier(folder: Path) -> None:
+    """Remove pictures and laws of the calibration before, whose tests may have been others."""
+    try:
+        with (folder / RESIDUALS).open(encoding="utf-8", newline="") as file:
+            tests = {row.get("test") or "" for row in csv.DictReader(file)}
+    except (OSError, ValueError, csv.Error):
+        tests = set()
+    old = [folder / f"{test}.png" for test in tests if _PLAIN.fullmatch(test)]
+    old += [*folder.glob("friction_*.png"), *folder.glob("friction_*.toml")]
+    try:
+        for file in old:
+            file.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be cleared ({error.strerror}): move it away") from error
 
 
 def _write_friction(found: Calibration, folder: Path) -> list[str]:
