@@ -23,6 +23,9 @@ FINENESS = 2000.0
 """Size of a body over the chord error of its facets, where none is asked for [-]."""
 FACET_ANGLE = 0.35
 """Largest angle between neighbouring facets of a curved face [rad], 20°: normals are exact."""
+WITHIN = 0.5
+"""What Open CASCADE is asked for over the chord error that is kept: it counts along the sides of
+facets, and the middle of one on a sphere lies up to twice as far off [-]."""
 MOST_FACETS = 2_000_000
 MM = 1e-3
 """What Open CASCADE's readers give, whatever unit a file is in [m]."""
@@ -77,7 +80,7 @@ def read_cad(who: str, path: str | os.PathLike[str], tolerance: float | None = N
             "as in 0.1 * mm"
         )
     mesher = import_module("OCP.BRepMesh").BRepMesh_IncrementalMesh(
-        shape, chord / MM, False, FACET_ANGLE, False
+        shape, WITHIN * chord / MM, False, FACET_ANGLE, False
     )
     mesher.Perform()
     points, facets, normals = _facets(shape)
@@ -89,7 +92,9 @@ def read_cad(who: str, path: str | os.PathLike[str], tolerance: float | None = N
         )
     mesh = trimesh.Trimesh(MM * points, facets, process=False)
     mesh.merge_vertices()
-    return CadFacets(mesh, normals, unit, chord)
+    solid = mesh.nondegenerate_faces()  # at a pole some facets have no area
+    mesh.update_faces(solid)
+    return CadFacets(mesh, normals[solid], unit, chord)
 
 
 def _ocp(module: str) -> Any:

@@ -187,8 +187,8 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _judge(arguments: argparse.Namespace) -> int:
-    from warpdrape.defects.limits import read_limits
-    from warpdrape.results.judgement import judge, limits_of, not_judged, verdict
+    from warpdrape.defects.limits import limits_of, read_limits
+    from warpdrape.results.judgement import judge, not_judged, verdict
     from warpdrape.results.judgement_picture import draw_judgement
     from warpdrape.results.run_folder import JUDGEMENT
     from warpdrape.results.run_tables import read_history, read_summary
@@ -196,7 +196,7 @@ def _judge(arguments: argparse.Namespace) -> int:
     given = None if arguments.limits is None else read_limits(arguments.limits)
     folder = Path(arguments.run)
     summary = read_summary(folder)
-    limits = limits_of(folder) if given is None else given
+    limits = limits_of(summary) if given is None else given
     if summary["status"] != "completed":
         return _complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
     faults = judge(summary, read_history(folder), limits)

@@ -19,6 +19,7 @@ import numpy as np
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
+from warpdrape.defects.limits import limits_entry
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.fishnet.net import Net
 from warpdrape.fishnet.stack import Draped, drape_stack
@@ -222,6 +223,7 @@ def _summary(
         "status": "completed",
         "message": closing_words("", warnings),
         "approach": scene.approach,
+        "limits": limits_entry(scene.limits),
         "not_given": list(NOT_GIVEN),
         "warnings": warnings,
         "steps": 0,

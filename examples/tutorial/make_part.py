@@ -1,4 +1,4 @@
-"""How `tray.step`, `tray.igs`, `tray.stl` and `tray_blank.dxf` of this folder were made.
+"""How `tray.step` and `tray_blank.dxf` of this folder were made.
 
 A tray with drafted walls and rounded edges, drawn for this project: no real product. The body is
 the mould, a block with the tray's cavity, its rim flat at z = 0; the drawing is the blank, with a
@@ -10,17 +10,15 @@ import math
 from pathlib import Path
 
 import ezdxf
+from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Pnt
-from OCP.IGESControl import IGESControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-from OCP.StlAPI import StlAPI_Writer
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
@@ -81,23 +79,18 @@ def mould():
 
 def edges_inside(body, height):
     """Edges of the cavity at a height [mm]."""
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-
-    explorer, found = TopExp_Explorer(body, TopAbs_ShapeEnum.TopAbs_EDGE), []
+    explorer, found = TopExp_Explorer(body, TopAbs_ShapeEnum.TopAbs_EDGE), []  # each twice
     while explorer.More():
         edge = getattr(TopoDS, "Edge_s", TopoDS.Edge)(explorer.Current())
         curve = BRepAdaptor_Curve(edge)
-        at = [
-            curve.Value(
-                curve.FirstParameter() + s * (curve.LastParameter() - curve.FirstParameter())
-            )
-            for s in (0.0, 0.5, 1.0)
-        ]
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        at = [curve.Value(first + share * (last - first)) for share in (0.0, 0.5, 1.0)]
         level = all(abs(p.Z() - height) < 1e-6 for p in at)
-        if level and max(abs(p.X()) for p in at) < 0.5 * LENGTH + 1.0:
+        inside = max(abs(p.X()) for p in at) < 0.5 * LENGTH + 1.0
+        if level and inside and not any(edge.IsSame(other) for other in found):
             found.append(edge)
         explorer.Next()
-    return found[::2] if len(found) > 8 else found
+    return found
 
 
 def draw_blank(path):
@@ -123,9 +116,4 @@ if __name__ == "__main__":
     step = STEPControl_Writer()
     step.Transfer(body, STEPControl_StepModelType.STEPControl_AsIs)
     step.Write("tray.step")
-    iges = IGESControl_Writer("MM", 0)
-    iges.AddShape(body)
-    iges.Write("tray.igs")
-    BRepMesh_IncrementalMesh(body, 0.05, False, 0.3)
-    StlAPI_Writer().Write(body, "tray.stl")
     draw_blank(Path("tray_blank.dxf"))

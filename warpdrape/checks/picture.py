@@ -20,7 +20,7 @@ from warpdrape.results.usd_reader import PlyView, Surface
 from warpdrape.results.yarn_lines import round_spacing
 from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
-from warpdrape.tools.mould_face import plan
+from warpdrape.tools.mould_face import borders
 from warpdrape.tools.tool import Tool
 
 if TYPE_CHECKING:
@@ -139,21 +139,12 @@ def _draw_plan(axes: Axes, scene: Setup) -> None:
 
 
 def _borders(tool: Tool) -> list[np.ndarray]:
-    """Outlines of a tool from above [m]: its border if it has one, else its silhouette."""
-    from warpdrape.blanks.loops import closed_loops
-
+    """Closed outlines of a tool from above [m]: its border; of a solid that of what faces up."""
     points = tool.pose(0.0).place(tool.vertices)[:, :2]
-    faces = np.asarray(tool.triangles)
-    ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    key = np.sort(ends, axis=1)
-    _, of, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    border = ends[count[of.reshape(-1)] == 1]
-    if len(border):
-        loops = [points[loop] for loop in closed_loops(map(tuple, border))]
-    else:
-        outline = plan(tool.surface.mesh, np.ones(len(faces), dtype=bool))
-        loops = [np.array(outline.exterior.coords)]
-    return [np.concatenate([loop, loop[:1]]) for loop in loops]
+    facets = np.asarray(tool.triangles)
+    if tool.surface.mesh.is_watertight:
+        facets = facets[tool.surface.mesh.face_normals[:, 2] > 0.0]
+    return [np.concatenate([points[loop], points[loop[:1]]]) for loop in borders(facets)]
 
 
 def _draw_yarns(axes: Axes, plies: Sequence[Ply]) -> None:

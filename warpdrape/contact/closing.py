@@ -20,6 +20,8 @@ LOOKS = 24
 """Instants at which tools are held against each other, besides those at which one turns."""
 ACROSS, MOST = 40, 20_000
 """Points of a tool across the plies, about, and at most in all, corners of facets besides."""
+NEAR = 3.0
+"""Distance over the plies' thickness up to which tools count as near each other [-]."""
 TOO_LITTLE = 0.95
 """Room over thickness below which it is said; facets of curved tools cut a little off it [-]."""
 
@@ -95,7 +97,7 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
     way, base = ([tool.pose(time) for time in times] for tool in (one, other))
     # So far that tools which pass each other are seen at one instant at least.
     seen = np.array([b.into(w.place(_corners(one))) for w, b in zip(way, base, strict=True)])
-    reach = sum(thickness) + float(np.linalg.norm(np.diff(seen, axis=0), axis=2).max())
+    reach = NEAR * sum(thickness) + float(np.linalg.norm(np.diff(seen, axis=0), axis=2).max())
     shifts = [pose.shift for pose in way]
     low = np.min([low for low, _ in boxes], axis=0) - np.max(shifts, axis=0)
     high = np.max([high for _, high in boxes], axis=0) - np.min(shifts, axis=0)

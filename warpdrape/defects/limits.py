@@ -6,7 +6,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,32 @@ class Limits:
         for tool, share in self.coverage.items():
             if positive(f"coverage of {tool}", share, zero=True) > 1.0:
                 raise InputError(f"coverage of {tool} = {share} must be a share, at most 1")
+
+
+def limits_entry(limits: Limits | None) -> dict[str, Any] | None:
+    """Limits as a summary has them; None where a scene has set none."""
+    if limits is None:
+        return None
+    found = asdict(limits)
+    return found | {name: dict(found[name]) for name in _TABLES}
+
+
+def limits_of(summary: Mapping[str, Any]) -> Limits:
+    """The limits that a run's scene has set; those by default where it has set none.
+
+    Args:
+        summary: as in ``summary.json``.
+
+    Raises:
+        InputError: if it has others than are known.
+    """
+    entry = summary.get("limits")
+    try:
+        return Limits() if entry is None else Limits(**entry)
+    except (TypeError, InputError) as error:
+        raise InputError(
+            f"the run's summary has limits of another version ({error}): give a file of limits"
+        ) from error
 
 
 def read_limits(path: str | os.PathLike[str]) -> Limits:

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from warpdrape.defects.limits import Limits
+from warpdrape.defects.limits import limits_of
 from warpdrape.materials.fabric import MOST_FIBRES
 from warpdrape.results.judgement import judge, verdict
 
@@ -29,13 +29,13 @@ def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def judgement_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return the verdict by default limits, for a run with tools that came to its end."""
+    """Return the verdict by the scene's limits or default ones, for a run with tools that ended."""
     looked = all("defects" in ply for ply in summary["plies"])
     if "not_given" in summary:  # what it cannot show may be there
         return []
     if summary["status"] != "completed" or not summary["tools"] or not looked:
         return []
-    faults = judge(summary, {}, Limits())
+    faults = judge(summary, {}, limits_of(summary))
     return [verdict(faults) + (" (warpdrape judge marks where)" if faults else "")]
 
 

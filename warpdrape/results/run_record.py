@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.model import Model
 from warpdrape.materials.friction import Friction
 from warpdrape.setup import Clamp, Setup
@@ -40,7 +41,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
-        "limits": None if scene.limits is None else plain(dataclasses.asdict(scene.limits)),
+        "limits": limits_entry(scene.limits),
         "wanted": [
             {
                 "name": wanted.name,

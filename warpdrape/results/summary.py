@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.contact.compaction import too_hard
+from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
@@ -121,6 +122,7 @@ def summarise(
         "message": closing_words(failure, warnings),
         "warnings": warnings,
         "approach": model.scene.approach,
+        "limits": limits_entry(model.scene.limits),
         "steps": steps,
         "time_step_s": model.timing.time_step,
         "stable_time_step_s": model.timing.stable_step,

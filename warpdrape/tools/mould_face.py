@@ -12,6 +12,7 @@ import warp as wp
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from warpdrape.blanks.loops import closed_loops, loop_area
 from warpdrape.errors import InputError
 from warpdrape.kernels.fishnet.heights import compute_heights
 from warpdrape.tools.profile import Surface
@@ -90,18 +91,24 @@ def face_of(who: str, surface: Surface) -> Face:
 
 
 def plan(mesh: trimesh.Trimesh, chosen: np.ndarray) -> shapely.Polygon:
-    """The largest outline of chosen facets seen from above, without holes [m]."""
-    corners = mesh.vertices[mesh.faces[chosen]][:, :, :2]
-    a, b, c = np.moveaxis(corners, 1, 0)
-    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    size = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-300)
-    polygons = shapely.polygons(corners[np.abs(area) > 1e-12 * size**2])
-    # Facets that share an edge are joined over rounding by a hair's breadth.
-    whole = shapely.union_all(shapely.buffer(polygons, 1e-6 * size, join_style="mitre"))
-    parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(whole)]
-    if not parts:
+    """The largest border of chosen facets seen from above, without holes [m]."""
+    loops = [
+        np.asarray(mesh.vertices)[loop, :2] for loop in borders(np.asarray(mesh.faces)[chosen])
+    ]
+    if not loops:
         return shapely.Polygon()
+    largest = shapely.Polygon(max(loops, key=lambda loop: abs(loop_area(loop)))).buffer(0.0)
+    parts = shapely.get_parts(largest)  # of a border that touches itself
+    size = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-300)
     return max(parts, key=lambda part: part.area).simplify(1e-6 * size)
+
+
+def borders(facets: np.ndarray) -> list[np.ndarray]:
+    """Closed loops of vertices round facets, shape [facet, 3]."""
+    ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    key = np.sort(ends, axis=1)
+    _, of, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    return closed_loops(map(tuple, ends[count[of.reshape(-1)] == 1].tolist()))
 
 
 def _upward(mesh: trimesh.Trimesh) -> np.ndarray:

@@ -62,10 +62,8 @@ def cad_surface(
     facets, turned = oriented(np.asarray(found.mesh.vertices), np.asarray(found.mesh.faces))
     normals = np.where(turned[:, None, None], -found.normals[:, ::-1], found.normals)
     mesh = trimesh.Trimesh(found.mesh.vertices, facets, process=False)
-    solid = mesh.nondegenerate_faces()
-    mesh.update_faces(solid)
     words = f"{os.path.basename(source)}, which is in {found.unit}"
-    return Surface(mesh, normals[solid], exact=True, source=words), found.unit
+    return Surface(mesh, normals, exact=True, source=words), found.unit
 
 
 def read_facets(

@@ -1,0 +1,244 @@
+"""A mould's face, its counterpart at a constant distance, and the holder round its shape."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import trimesh
+
+import warpdrape as wd
+from warpdrape.tools.counterpart import _distances
+from warpdrape.tools.mould_face import face_of
+from warpdrape.tools.profile import Arc, Line, revolve
+from warpdrape.tools.tool_mesh import read_surface
+
+STEEP = math.radians(70.0)
+
+
+def bowl(fillet=8e-3, floor=25e-3, rim=90e-3, facet=2e-3):
+    """A female mould: spherical floor, cone, rounding, flat rim at z = 0; its axis z."""
+    a = STEEP
+    outer = rim - 20e-3
+    start = outer - fillet * math.sin(a)
+    low = -fillet * (1.0 - math.cos(a))
+    end = floor * math.sin(a)
+    drop = (start - end) * math.tan(a)
+    centre = low - drop + floor * math.cos(a)
+    pieces = [
+        Line((rim, 0.0), (outer, 0.0)),
+        Arc((outer, -fillet), fillet, 0.5 * math.pi, 0.5 * math.pi + a),
+        Line((start, low), (end, low - drop)),
+        Arc((0.0, centre), floor, a - 0.5 * math.pi, -0.5 * math.pi),
+    ]
+    made = revolve(pieces, facet)
+    mesh = trimesh.Trimesh(made.mesh.vertices, made.mesh.faces[:, ::-1], process=False)
+    return wd.Tool(name="mould", surface=replace(made, mesh=mesh, normals=-made.normals[:, ::-1]))
+
+
+def hump():
+    """The bowl as a male mould, its rim at z = 0."""
+    return bowl().turned((1.0, 0.0, 0.0), math.pi).flipped()
+
+
+def test_the_bowl_is_female_and_its_rim_is_found():
+    mould = wd.Mould.of(bowl())
+    assert mould.kind == "female" and mould.has_rim and mould.face.level == pytest.approx(0.0)
+    assert mould.level == pytest.approx(0.0) and mould.face.hidden == 0.0
+    rim = mould.face.surface.mesh.triangles[mould.face.rim]
+    assert np.hypot(*rim[..., :2].reshape(-1, 2).T).min() == pytest.approx(0.07, rel=1e-3)
+    assert mould.face.outline.area == pytest.approx(math.pi * 0.07**2, rel=2e-3)
+    assert "female, rim at z 0 mm" in repr(mould)
+
+
+def test_the_hump_is_male_and_its_plies_lie_on_its_top():
+    mould = wd.Mould.of(hump())
+    assert mould.kind == "male" and mould.has_rim
+    assert mould.face.level == pytest.approx(0.0, abs=1e-9) and mould.level > 0.05
+
+
+@pytest.mark.parametrize("gap", [0.9e-3, 3e-3])
+def test_a_counterpart_keeps_its_distance_everywhere(gap):
+    mould = wd.Mould.of(bowl(facet=1e-3))
+    punch = mould.counterpart("punch", gap=gap)
+    near = _distances(mould.tool.surface.mesh, punch.vertices)
+    np.testing.assert_allclose(near, gap, rtol=0.02)
+    floor = punch.vertices[np.argmin(punch.vertices[:, 2])]
+    assert floor[2] == pytest.approx(mould.tool.vertices[:, 2].min() + gap)
+    facing = punch.surface.mesh.face_normals
+    assert facing[:, 2].max() < 0.0
+    assert np.einsum("fi,fki->fk", facing, punch.surface.normals).min() > 0.99
+    assert not punch.surface.mesh.is_watertight  # it ends where the rim begins
+    assert np.hypot(*punch.vertices[:, :2].T).max() == pytest.approx(0.07, rel=1e-3)
+
+
+def test_over_a_male_mould_the_counterpart_covers_the_rim_too():
+    mould = wd.Mould.of(hump())
+    die = mould.counterpart("die", gap=1e-3)
+    assert np.hypot(*die.vertices[:, :2].T).max() == pytest.approx(0.09, rel=1e-3)
+    assert die.vertices[:, 2].min() == pytest.approx(1e-3)
+
+
+def test_sharp_edges_keep_their_corner():
+    faces = []
+    corners = {}
+
+    def add(*quad):
+        index = [corners.setdefault(tuple(p), len(corners)) for p in quad]
+        faces.extend([[index[0], index[1], index[2]], [index[0], index[2], index[3]]])
+
+    line = [(-0.1, 0.0), (-0.03, 0.0), (0.0, -0.03), (0.03, 0.0), (0.1, 0.0)]
+    for (x0, z0), (x1, z1) in pairwise(line):
+        add((x0, -0.1, z0), (x1, -0.1, z1), (x1, 0.1, z1), (x0, 0.1, z0))
+    surface = read_surface("v", trimesh.Trimesh(list(corners), faces, process=False), 1.0)
+    mould = wd.Mould.of(wd.Tool(name="mould", surface=surface), kind="male")
+    gap = 2e-3
+    die = mould.counterpart("die", gap=gap)
+    bottom = die.vertices[np.abs(die.vertices[:, 0]) < 1e-9]
+    assert bottom[:, 2] == pytest.approx(-0.03 + gap * math.sqrt(2.0))
+    edge = die.vertices[np.abs(die.vertices[:, 0] - 0.03) < 1.5e-3]
+    assert edge[:, 2] == pytest.approx(gap)
+    assert edge[:, 0] == pytest.approx(0.03 - gap * math.tan(math.radians(22.5)))
+
+
+def test_a_rounding_narrower_than_the_gap_is_left_open_and_all_else_keeps_off():
+    gap = 3e-3
+    pieces = [
+        Line((0.08, 0.0), (0.05, 0.0)),
+        Arc((0.05, -5e-3), 5e-3, 0.5 * math.pi, 0.5 * math.pi + STEEP),
+    ]
+    end = (0.05 - 5e-3 * math.sin(STEEP), -5e-3 * (1 - math.cos(STEEP)))
+    foot = (0.038, end[1] - (end[0] - 0.038) * math.tan(STEEP))
+    sharp = 1e-3  # between wall and floor
+    middle = (foot[0] - sharp * math.sin(STEEP), foot[1] + sharp * math.cos(STEEP))
+    pieces += [
+        Line(end, foot),
+        Arc(middle, sharp, STEEP - 0.5 * math.pi, -0.5 * math.pi),
+        Line((middle[0], middle[1] - sharp), (0.0, middle[1] - sharp)),
+    ]
+    made = revolve(pieces, 1e-3)
+    tool = wd.Tool(name="mould", surface=made).flipped()
+    mould = wd.Mould.of(tool)
+    punch = mould.counterpart("punch", gap=gap)
+    centres = punch.surface.mesh.triangles_center
+    assert _distances(mould.tool.surface.mesh, centres).min() >= 0.9 * gap
+    assert _distances(mould.tool.surface.mesh, punch.vertices).min() >= 0.9 * gap
+    assert len(punch.triangles) < (~mould.face.rim).sum()
+    whole = math.pi * 0.03**2
+    flat = punch.surface.mesh.area_faces[punch.surface.mesh.face_normals[:, 2] < -0.999].sum()
+    assert flat > 0.8 * whole  # the floor is there
+    hollow = revolve([Arc((0.0, 0.0), 0.05, 0.0, -0.5 * math.pi)], 5e-3)
+    bowl_only = wd.Mould.of(wd.Tool(name="mould", surface=hollow).flipped())
+    with pytest.raises(wd.InputError, match="leaves nothing of the mould's counterpart"):
+        bowl_only.counterpart("punch", gap=0.06)
+
+
+def boxed(draft=0.0):
+    """A block with a box-shaped pocket, its walls upright or drafted: a closed solid."""
+    a, b, d = 0.1, 0.05, 0.03
+    low = b - d * math.tan(draft)
+    rings = [[(-s, -s), (s, -s), (s, s), (-s, s)] for s in (a, a, b, low)]
+    heights = (-0.06, 0.0, 0.0, -d)
+    points = [(x, y, z) for ring, z in zip(rings, heights, strict=True) for x, y in ring]
+    faces = [[0, 2, 1], [0, 3, 2], [12, 13, 14], [12, 14, 15]]
+    for ring in range(3):
+        for k in range(4):
+            p, q = 4 * ring + k, 4 * ring + (k + 1) % 4
+            faces += [[p, q, q + 4], [p, q + 4, p + 4]]
+    return trimesh.Trimesh(points, faces, process=False)
+
+
+def test_upright_walls_of_a_pocket_belong_to_the_face_and_a_block_s_outside_does_not():
+    mesh = boxed()
+    assert mesh.is_watertight
+    face = face_of("mould", read_surface("m", mesh, 1.0))
+    area = 0.2**2 + 4 * 0.1 * 0.03
+    assert face.surface.mesh.area == pytest.approx(area)
+    assert face.rim.sum() == 8 and face.hollow
+    drafted = face_of("mould", read_surface("m", boxed(math.radians(10)), 1.0))
+    assert drafted.surface.mesh.vertices[:, 2].min() == pytest.approx(-0.03)
+
+
+def test_what_lies_under_something_else_is_no_part_of_the_face():
+    table = trimesh.creation.box((0.2, 0.2, 0.01))
+    shelf = trimesh.creation.box((0.1, 0.1, 0.01))
+    shelf.apply_translation((0.0, 0.0, -0.05))
+    both = trimesh.util.concatenate([table, shelf])
+    face = face_of("mould", read_surface("m", both, 1.0))
+    assert face.surface.mesh.area == pytest.approx(0.04)
+    assert face.hidden == pytest.approx(0.25)
+
+
+def test_up_turns_the_file_and_an_open_sheet_may_face_either_way():
+    tray = bowl()
+    down = tray.turned((1.0, 0.0, 0.0), math.pi)
+    again = wd.Mould.of(down, up="-z")
+    np.testing.assert_allclose(
+        np.sort(again.tool.vertices[:, 2]),
+        np.sort(wd.Mould.of(tray).tool.vertices[:, 2]),
+        atol=1e-9,
+    )
+    assert again.kind == "female"
+    for up, axis, angle in (
+        ("x", (0, 1, 0), 0.5 * math.pi),
+        ("-x", (0, 1, 0), -0.5 * math.pi),
+        ("y", (1, 0, 0), -0.5 * math.pi),
+        ("-y", (1, 0, 0), 0.5 * math.pi),
+    ):
+        assert wd.Mould.of(tray.turned(axis, angle), up=up).kind == "female", up
+    flipped = wd.Mould.of(tray.flipped())
+    assert flipped.kind == "female" and flipped.face.surface.mesh.face_normals[:, 2].min() > 0.0
+    with pytest.raises(wd.InputError, match="unknown up 'w'"):
+        wd.Mould.of(tray, up="w")
+
+
+@pytest.mark.parametrize("male", [False, True])
+def test_a_holder_lies_flat_round_the_shape(male):
+    mould = wd.Mould.of(hump() if male else bowl())
+    thickness, clearance = 1e-3, 2e-3
+    holder = mould.holder(thickness=thickness, force=50.0, clearance=clearance)
+    points, facing = holder.vertices, holder.surface.mesh.face_normals
+    z = mould.level if male else mould.level + thickness
+    flat = np.abs(facing[:, 2]) > 0.999
+    assert np.sign(facing[flat, 2]).tolist() == [1.0 if male else -1.0] * flat.sum()
+    assert points[holder.triangles[flat]][..., 2] == pytest.approx(z)
+    room = 0.07 + clearance + (thickness if male else 0.0)
+    radius = np.hypot(*points[:, :2].T)
+    assert radius.min() == pytest.approx(room, abs=2e-4)
+    assert radius.max() == pytest.approx(0.09, rel=1e-3)
+    area = math.pi * (0.09**2 - (room + 2e-3) ** 2)
+    assert holder.surface.mesh.area_faces[flat].sum() == pytest.approx(area, rel=0.01)
+    assert holder.motion.mass == pytest.approx(2700 * 5e-3 * area, rel=0.01)
+    assert holder.motion.axis[2] == (1.0 if male else -1.0)
+    assert np.einsum("fi,fki->fk", facing, holder.surface.normals).min() > 0.99
+    up = points[:, 2] - z  # the rounding goes away from the plies
+    assert (up >= -1e-12).all() != male and (up <= 1e-12).all() == male
+
+
+def test_a_mould_without_a_flat_rim_has_no_holder():
+    dome = wd.Tool.sphere(radius=0.05)
+    mould = wd.Mould.of(dome)
+    assert not mould.has_rim and mould.kind == "male"
+    with pytest.raises(wd.InputError, match="has no flat rim round its shape"):
+        mould.holder(thickness=1e-3, force=10.0)
+    assert len(mould.counterpart("die", gap=1e-3).triangles) == len(mould.tool.triangles)
+    with pytest.raises(wd.InputError, match="too narrow for a blank holder"):
+        wd.Mould.of(bowl()).holder(thickness=1e-3, force=10.0, clearance=0.03)
+
+
+def test_units_of_a_mesh_file_are_asked_and_believed_only_if_plausible(tmp_path):
+    file = tmp_path / "bowl.stl"
+    mesh = bowl().surface.mesh.copy()
+    mesh.apply_scale(1e3)
+    mesh.export(file)
+    with pytest.raises(wd.InputError, match="states no unit: give units, one of m, cm, mm, inch"):
+        wd.Mould.from_file(file)
+    for units, across in (("m", "180 m"), ("furlong", "unknown unit")):
+        with pytest.raises(wd.InputError, match=across):
+            wd.Mould.from_file(file, units=units)
+    mould = wd.Mould.from_file(file, units="mm")
+    assert mould.unit == "mm" and np.ptp(mould.tool.vertices[:, 0]) == pytest.approx(0.18, rel=1e-3)
+    assert wd.Mould.from_file(file, units="cm").tool.vertices[:, 0].max() == pytest.approx(
+        0.9, rel=1e-3
+    )

@@ -1,0 +1,213 @@
+"""``warpdrape new``: a script that runs at once, for a mould and a blank of any kind."""
+
+import ast
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from warpdrape import cli
+from warpdrape.commands import writing
+from warpdrape.commands.scene_library import describe_scene, find_script, find_typed
+from warpdrape.tools.profile import Arc, Line, revolve
+
+TUTORIAL = Path(__file__).parents[1] / "examples" / "tutorial"
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """A folder with a female and a male mould as STL in millimetres."""
+    monkeypatch.chdir(tmp_path)
+    profile = [
+        Line((90.0, 0.0), (60.0, 0.0)),
+        Arc((60.0, -8.0), 8.0, 0.5 * math.pi, 0.75 * math.pi),
+    ]
+    start = (60.0 - 8.0 * math.sqrt(0.5), -8.0 * (1.0 - math.sqrt(0.5)))
+    foot = (30.0, start[1] - (start[0] - 30.0))
+    profile += [Line(start, foot), Line(foot, (0.0, foot[1]))]
+    bowl = revolve(profile, 4.0).mesh
+    bowl.export("bowl.stl")
+    bowl.apply_transform(trimesh.transformations.rotation_matrix(math.pi, (1.0, 0.0, 0.0)))
+    bowl.export("hump.stl")
+    trimesh.creation.icosphere(3, 50.0).export("ball.stl")
+    return tmp_path
+
+
+def new(*argv):
+    return cli.main(["new", *map(str, argv)])
+
+
+def built(name, *settings):
+    return find_typed(name).make(settings)
+
+
+def test_a_female_mould_from_stl(capsys, place):
+    assert new("part", "--mould", "bowl.stl", "--units", "mm", "--angles", "0,45,-30") == 0
+    said = capsys.readouterr().out
+    assert "part.py is written" in said and "counts in mm: a female mould with a flat rim" in said
+    scene = built("part")
+    assert [tool.name for tool in scene.tools] == ["mould", "punch", "holder"]
+    angles = [math.degrees(ply.warp_angle) for ply in scene.plies]
+    assert angles == pytest.approx([0.0, 45.0, -30.0])
+    assert np.ptp(scene.tools[0].vertices[:, 0]) == pytest.approx(0.18, rel=1e-3)
+    assert scene.limits.shear_deg == 50.0 and scene.plies[0].z == pytest.approx(3e-4)
+    punch = scene.tools[1]
+    assert punch.vertices[:, 2].min() == pytest.approx(3 * 6e-4)
+    lowest = scene.tools[0].vertices[:, 2].min() + 1.5 * 3 * 6e-4
+    ended = punch.pose(scene.duration).place(punch.vertices)[:, 2].min()
+    assert ended == pytest.approx(lowest, abs=1e-6)
+    assert [tool.name for tool in built("part", "holder_force=0").tools] == ["mould", "punch"]
+    assert len(built("part", "angles=10").plies) == 1
+
+
+def test_a_male_mould_has_its_holder_under_the_plies():
+    assert new("part", "--mould", "hump.stl", "--units", "mm", "--blank", "140x120mm") == 0
+    scene = built("part")
+    assert [tool.name for tool in scene.tools] == ["mould", "die", "holder"]
+    assert scene.tools[2].motion.axis[2] == 1.0
+    top = scene.tools[0].vertices[:, 2].max()
+    assert scene.plies[0].z == pytest.approx(top + 3e-4)
+    np.testing.assert_allclose(np.ptp(scene.plies[0].mesh.vertices, axis=0), (0.14, 0.12))
+    assert scene.tools[2].vertices[:, 2].max() == pytest.approx(top)
+
+
+def test_without_a_rim_there_is_no_holder(capsys):
+    assert new("part", "--mould", "ball.stl", "--units", "mm") == 0
+    assert "no flat rim: there is no blank holder" in capsys.readouterr().out
+    scene = built("part")
+    assert [tool.name for tool in scene.tools] == ["mould", "die"]
+    assert "holder_force" not in find_typed("part").parameters
+    assert new("other", "--mould", "ball.stl", "--units", "mm", "--holder", "100N") == 2
+    assert "no flat rim round its shape" in capsys.readouterr().err
+
+
+def test_from_step_and_drawing_nothing_is_scaled_twice(capsys):
+    pytest.importorskip("OCP.STEPControl")
+    pytest.importorskip("ezdxf")
+    (mould, blank) = (TUTORIAL / "tray.step", TUTORIAL / "tray_blank.dxf")
+    assert new("part", "--mould", mould, "--blank", blank, "--holder", "0.2kN") == 0
+    said = capsys.readouterr().out
+    assert "tray.step states its unit, millimetre" in said and "5,306 facets" in said
+    scene = built("part")
+    np.testing.assert_allclose(np.ptp(scene.tools[0].vertices, axis=0), (0.22, 0.18, 0.025))
+    np.testing.assert_allclose(np.ptp(scene.plies[0].mesh.vertices, axis=0), (0.2, 0.16), rtol=1e-3)
+    np.testing.assert_allclose(scene.plies[0].mesh.vertices.mean(axis=0), 0.0, atol=1e-3)
+    assert scene.tools[2].motion.force == 200.0
+    assert new("again", "--mould", mould, "--units", "mm") == 2
+    assert "states its unit, millimetre: leave units out" in capsys.readouterr().err
+    inside = ["--mould", mould, "--blank", "0.02x0.02m"]
+    assert new("small", *inside) == 2
+    assert "does not go with the mould's shape" in capsys.readouterr().err
+    assert not Path("small.py").exists() and not Path("again.py").exists()
+
+
+def test_a_stand_in_until_there_is_a_mould(capsys):
+    assert new("part") == 0
+    said = capsys.readouterr().out
+    assert "a double dome stands in for it; --mould FILE takes yours" in said
+    assert len(built("part", "edge=30mm").tools) == 3
+    assert "Mould.from_file(HERE" in Path("part.py").read_text("utf-8")
+
+
+def test_the_script_is_plain_clean_and_described():
+    assert new("part", "--mould", "bowl.stl", "--units", "mm") == 0
+    text = Path("part.py").read_text("utf-8")
+    assert max(map(len, text.splitlines())) <= 100 and len(text.splitlines()) < 110
+    ruff = [
+        sys.executable,
+        "-m",
+        "ruff",
+        "check",
+        "--isolated",
+        "--select",
+        "E,F,W,I,UP",
+        "--line-length",
+    ]
+    assert subprocess.run([*ruff, "100", "part.py"], capture_output=True).returncode == 0
+    imported = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom)]
+    assert {n.module for n in imported} <= {
+        "dataclasses",
+        "pathlib",
+        "warpdrape",
+        "warpdrape.units",
+        "warpdrape.cli",
+    }
+    described = describe_scene(find_typed("part"))
+    for name in ("angles", "fabric", "edge", "room", "holder_force", "duration", "approach"):
+        assert f"  {name} " in described
+    assert "[deg]" in described and "[N]" in described
+
+
+def test_a_file_is_never_replaced(capsys):
+    Path("part.py").write_text("mine")
+    assert new("part") == 2
+    assert "part.py is there already, and is not replaced" in capsys.readouterr().err
+    assert Path("part.py").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["1part"], "must be a plain name"),
+        (["hemisphere"], "is that of a bundled scene"),
+        (["nowhere/part"], "is no folder"),
+        (["part", "--mould", "bowl.stl"], "bowl.stl is 180 × 180 × 26.69"),
+        (["part", "--mould", "bowl.stl", "--units", "m"], "is 180 m across"),
+        (["part", "--mould", "bowl.stl", "--units", "ell"], "unknown unit 'ell'"),
+        (["part", "--mould", "none.stl", "--units", "mm"], "no mesh file 'none.stl'"),
+        (
+            ["part", "--mould", "bowl.stl", "--units", "mm", "--kind", "odd"],
+            "unknown kind of mould",
+        ),
+        (["part", "--mould", "bowl.stl", "--units", "mm", "--up", "w"], "unknown up 'w'"),
+        (["part", "--angles", "0;45"], "must be degrees with commas"),
+        (["part", "--angles", "nan"], "must be degrees with commas"),
+        (["part", "--blank", "big"], "must be a .dxf, or a size such as 300x200mm"),
+        (["part", "--blank", "none.dxf"], "none.dxf does not exist"),
+        (["part", "--blank", "0x20mm"], "must be above zero"),
+        (["part", "--fabric", "silk"], "silk"),
+        (["part", "--holder", "strong"], "must be a force, such as 200N"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_and_nothing_is_left(argv, words, capsys):
+    assert new(*argv) == 2
+    assert words in capsys.readouterr().err
+    assert list(Path().glob("*.py")) == []
+
+
+def test_a_script_that_does_not_build_is_not_left_behind(monkeypatch, capsys):
+    monkeypatch.setattr(writing, "script_text", lambda draft: "def build():\n    return 3\n")
+    assert new("part") == 2
+    assert "must return a warpdrape.Scene" in capsys.readouterr().err
+    assert not Path("part.py").exists()
+
+
+def test_on_a_terminal_it_asks_for_what_is_missing(monkeypatch, capsys):
+    monkeypatch.setattr(writing, "_is_terminal", lambda arguments: True)
+    answers = iter(["bowl.stl", "mm", "", "0, 90", ""])
+    asked = []
+    monkeypatch.setattr("builtins.input", lambda words: asked.append(words) or next(answers))
+    assert new("part") == 0
+    assert asked[0].startswith("Mould, a STEP")
+    assert len(asked) == 5 and "bowl.stl is 180 × 180 × 26.69" in capsys.readouterr().out
+    assert len(built("part").plies) == 2
+
+
+def test_a_script_elsewhere_finds_its_files(place):
+    (place / "scenes").mkdir()
+    assert new("scenes/part", "--mould", "bowl.stl", "--units", "mm") == 0
+    assert 'HERE / "../bowl.stl"' in (place / "scenes/part.py").read_text("utf-8")
+    assert built("scenes/part").tools[0].name == "mould"
+
+
+def test_what_is_typed_may_be_a_stem_and_what_is_recorded_may_not():
+    assert new("part", "--mould", "bowl.stl", "--units", "mm") == 0
+    assert find_typed("part").path.resolve() == Path("part.py").resolve()
+    with pytest.raises(ValueError, match="unknown scene 'part'"):
+        find_script("part")
+    Path("hemisphere.py").write_text("raise SystemExit(1)")
+    assert find_typed("hemisphere").bundled
