@@ -25,7 +25,7 @@ ROUNDING = 1e-14
 """… over the largest stiffness times the largest height, below which numbers cannot tell [-]."""
 NEAR = 1e3
 """Times these that are taken where they do not get smaller any more [-]."""
-ITERATIONS, HALVINGS = 200, 40
+ITERATIONS, HALVINGS = 120, 40
 COMPLEX_STEP = 1e-30
 FREE_STEP = 1e-6
 """Strain over which derivatives by strain are taken that only lead the search."""
@@ -73,7 +73,7 @@ def energy(model: Model, state: np.ndarray, strain: np.ndarray) -> complex:
         found = found + yarn_energy(model.yarns[family], path, stretch)
         found = found + side_energy(model, family, path, strain)
         found = found + narrowing_energy(model, family, strain)
-    return found + 0.5 * _anchor(model) * np.sum(state) ** 2
+    return found + 0.5 * _anchor(model) * np.sum(state - model.woven) ** 2
 
 
 def _anchor(model: Model) -> float:
@@ -95,7 +95,8 @@ def derivatives(
         add_yarn(model.yarns[family], state[part], 1.0 + strain[family], *views)
         add_sides(model, family, state[part], strain, *views)
     anchor = _anchor(model)
-    return gradient + anchor * np.sum(state), hessian + anchor if second else None
+    gradient = gradient + anchor * np.sum(state - model.woven)
+    return gradient, hessian + anchor if second else None
 
 
 def strain_forces(
