@@ -69,11 +69,15 @@ def build(
             f"fabric {cloth.name!r} has no matrix: give one of a prepreg, or take the scene "
             "'hemisphere' for a dry one"
         )
-    blank = Ply.rectangle(
-        "ply_0", cloth, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
+    ply = Ply.rectangle(
+        "ply_0",
+        cloth,
+        blank_size,
+        cells=cells,
+        mesh=mesh,
+        warp_angle=angle_deg * deg,
+        temperature=celsius(blank_celsius) if cloth.matrix.shift is not None else None,
     )
-    heated = cloth.matrix.shift is not None
-    ply = replace(blank, temperature=celsius(blank_celsius) if heated else None)
     fixed = {"kinetic_limit": 0.0, "mass_scaling": "plain", "contact": "fast"}
     scene = hemisphere_tools(
         "prepreg_hemisphere", [ply], {**parameters, **fixed}, MELT, closing_time=closing_time

@@ -376,6 +376,7 @@ def test_every_command_can_be_quiet(name, pressed, tmp_path, monkeypatch, capsys
     status = run(*command)
     assert status == cli.DONE or (name == "judge" and status == cli.UNFIT)
     assert capsys.readouterr().out
+    (tmp_path / "part.py").unlink(missing_ok=True)
     assert run(*command, "-q") == status
     assert capsys.readouterr() == ("", "")
 

@@ -22,6 +22,8 @@ from warpdrape import (
     read_run,
 )
 from warpdrape.cli import main
+from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.dynamics.stepping import search_contacts
 from warpdrape.forces.matrix import LAG_WARNING
 from warpdrape.laws import Arrhenius, Newtonian, PowerLaw
 from warpdrape.materials.fabric_library import load_fabric
@@ -213,6 +215,19 @@ def test_only_what_presses_on_a_tool_cools_on_it():
     )
 
 
+def test_a_tool_that_is_near_and_does_not_press_takes_no_heat():
+    scene = on_a_plate()
+    tools = [tool.moved((0.0, 0.0, -2e-6)) for tool in scene.tools]
+    scene = replace(scene, tools=tools, gravity=(0.0, 0.0, 0.0))
+    model = build_model(scene, "cpu", 1)
+    state = initial_state(model)
+    search_contacts(model, state)
+    tool_memory = next(m for m in state.memory if hasattr(m, "touching"))
+    assert tool_memory.touching.numpy().any()  # it is near
+    result = scene.run(frames=1)
+    assert (result.plies[0].temperature == celsius(260.0)).all()
+
+
 def test_without_a_tools_temperature_a_ply_keeps_its_own():
     result = on_a_plate(temperature=None).run(frames=1)
     assert result.plies[0].temperature is None
@@ -346,6 +361,8 @@ def test_temperatures_that_nothing_asks_for_are_refused():
         replace(ply, temperature=2600.0)
     assert replace(ply, temperature=celsius(250.0)).warmth == celsius(250.0)
     assert ply.warmth == celsius(260.0) and flat.warmth is None
+    disc = Ply.disc("ply", wet, 0.1, cells=2, temperature=celsius(240.0))
+    assert disc.warmth == celsius(240.0)
     with pytest.raises(InputError, match=r"tool 'plate': temperature = 80 K must lie in"):
         Tool.plate("plate", width=0.1, height=0.1, temperature=80.0)
     cold = replace(wet, matrix=replace(wet.matrix, heat=None))

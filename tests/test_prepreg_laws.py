@@ -158,7 +158,7 @@ def test_rate_bears_the_load_whatever_it_begins_with(name, drag, device):
     rate = launched(ask_rate, inputs, [load, guess], wp.float64, device)
     assert (rate >= 0.0).all() and rate[0] == 0.0
     borne = 5e-4 * LAWS[name].stress(rate) + drag * rate
-    np.testing.assert_allclose(borne, load, rtol=1e-9)
+    np.testing.assert_allclose(borne, load, rtol=1.01e-8)  # as exact as it asks for
 
 
 # --- a triangle's step, against its potential ---------------------------------------------------
@@ -367,7 +367,7 @@ def test_the_kernels_step_is_what_the_bound_takes_it_for(viscosity, device):
 def test_nothing_flows_in_no_time(name, device):
     after = advanced(kernel_law(LAWS[name]), 0.1, 3e4, 0.12, 0.0, device)
     assert after["couple"] == pytest.approx(3e4 + STIFFNESS * 0.02, rel=1e-12)
-    assert after["lost"] == 0.0 and np.isfinite(after["rate"])
+    assert after["lost"] == 0.0 and after["rate"] == 0.0
 
 
 def test_the_bound_is_above_the_largest_eigenvalue_of_any_patch():

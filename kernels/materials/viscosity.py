@@ -16,7 +16,7 @@ LOG_10 = wp.constant(wp.float64(2.302585092994046))
 """ln 10 [-]."""
 ITERATIONS = wp.constant(60)
 """Newton's at most; from the rate of the step before it takes two or three."""
-EXACT = wp.constant(wp.float64(1e-12))
+EXACT = wp.constant(wp.float64(1e-8))
 """Share of a stress that may be missed [-]."""
 
 

@@ -132,6 +132,7 @@ class Ply:
         mesh: str = "aligned",
         warp_angle: float = 0.0,
         z: float = 0.0,
+        temperature: float | None = None,
     ) -> Ply:
         """Make a rectangular blank centred at the origin.
 
@@ -145,9 +146,10 @@ class Ply:
             mesh: "aligned" to the yarns, "grid" along the outline, "diagonal" or "random".
             warp_angle: from x to the warp [rad].
             z: height of its mid-surface [m].
+            temperature: at the start [K]; None for that at which its matrix's viscosity is given.
         """
         outline = Rectangle(width, width if height is None else height)
-        return cls._meshed(name, fabric, outline, cells, edge, mesh, warp_angle, z)
+        return cls._meshed(name, fabric, outline, cells, edge, mesh, warp_angle, z, temperature)
 
     @classmethod
     def disc(
@@ -161,9 +163,12 @@ class Ply:
         mesh: str = "aligned",
         warp_angle: float = 0.0,
         z: float = 0.0,
+        temperature: float | None = None,
     ) -> Ply:
         """Make a round blank centred at the origin; arguments as for `rectangle`."""
-        return cls._meshed(name, fabric, Disc(radius), cells, edge, mesh, warp_angle, z)
+        return cls._meshed(
+            name, fabric, Disc(radius), cells, edge, mesh, warp_angle, z, temperature
+        )
 
     @classmethod
     def polygon(
@@ -178,9 +183,12 @@ class Ply:
         mesh: str = "aligned",
         warp_angle: float = 0.0,
         z: float = 0.0,
+        temperature: float | None = None,
     ) -> Ply:
         """Make a blank from a polygon [m] with holes; other arguments as for `rectangle`."""
-        return cls._meshed(name, fabric, Polygon(points, holes), cells, edge, mesh, warp_angle, z)
+        return cls._meshed(
+            name, fabric, Polygon(points, holes), cells, edge, mesh, warp_angle, z, temperature
+        )
 
     @classmethod
     def from_file(
@@ -192,6 +200,7 @@ class Ply:
         scale: float = 1.0,
         warp_angle: float = 0.0,
         z: float = 0.0,
+        temperature: float | None = None,
     ) -> Ply:
         """Make a blank from a flat triangle mesh in any file that trimesh reads.
 
@@ -202,9 +211,17 @@ class Ply:
             scale: metres per unit of the file.
             warp_angle: from x to the warp [rad].
             z: height of its mid-surface [m].
+            temperature: at the start [K]; None for that at which its matrix's viscosity is given.
         """
         mesh = FlatMesh.from_file(path, scale=scale)
-        return cls(name=name, fabric=fabric, mesh=mesh, warp_angle=warp_angle, z=z)
+        return cls(
+            name=name,
+            fabric=fabric,
+            mesh=mesh,
+            warp_angle=warp_angle,
+            z=z,
+            temperature=temperature,
+        )
 
     @classmethod
     def from_dxf(
@@ -221,6 +238,7 @@ class Ply:
         mesh: str = "aligned",
         warp_angle: float = 0.0,
         z: float = 0.0,
+        temperature: float | None = None,
     ) -> Ply:
         """Make a blank from a drawing: polylines, circles, ellipses, splines, lines and arcs.
 
@@ -240,17 +258,25 @@ class Ply:
             mesh: as for `rectangle`.
             warp_angle: from x to the warp [rad].
             z: height of its mid-surface [m].
+            temperature: at the start [K]; None for that at which its matrix's viscosity is given.
         """
         size = length("edge", edge)
         outline = read_outline(path, unit=unit, layer=layer, weld=weld).without_small_holes(size)
         outline = outline if centre is None else outline.centred(centre)
-        return cls._meshed(name, fabric, outline, None, size, mesh, warp_angle, z)
+        return cls._meshed(name, fabric, outline, None, size, mesh, warp_angle, z, temperature)
 
     @classmethod
-    def _meshed(cls, name, fabric, outline, cells, edge, mesh, warp_angle, z) -> Ply:
+    def _meshed(cls, name, fabric, outline, cells, edge, mesh, warp_angle, z, temperature) -> Ply:
         finite("warp_angle", warp_angle, unit="rad")
         flat = mesh_outline(outline, cells=cells, edge=edge, pattern=mesh, warp_angle=warp_angle)
-        return cls(name=name, fabric=fabric, mesh=flat, warp_angle=warp_angle, z=z)
+        return cls(
+            name=name,
+            fabric=fabric,
+            mesh=flat,
+            warp_angle=warp_angle,
+            z=z,
+            temperature=temperature,
+        )
 
 
 def lay_up(plies: Sequence[Ply], *, z: float = 0.0) -> tuple[Ply, ...]:
