@@ -186,7 +186,7 @@ def test_believed_places_are_known_and_change_no_kernel(plane):
 def test_two_objectives_are_both_looked_for(plane, method):
     known = [
         Known(p, score(x**2 + (y - 0.5) ** 2, (x - 1.0) ** 2 + (y - 0.5) ** 2))
-        for p in spread_places(plane, 20, 2)
+        for p in spread_places(plane, 30, 2)
         for x, y in [p]
     ]
     found = METHODS[method](plane, known, 5 if method == "gp" else 16, 3)
@@ -261,8 +261,8 @@ def test_shares_of_a_budget_never_exceed_it():
     for left in np.linspace(0.0, 12.0, 49):
         for share, cost in ((0.5, 0.13), (0.2, 0.4), (0.9, 0.05)):
             found = shares_of(left, 4, share, cost)
-            if found.fine >= 1 and left >= 1.0:
-                assert found.fine + cost * found.coarse <= left + 1e-6
+            assert found.fine + cost * found.coarse <= left + 1e-6
+            assert (found.fine >= 1) is (left >= 1.0)
 
 
 def test_coarse_runs_are_corrected_and_the_best_are_promoted():
