@@ -360,7 +360,7 @@ SMOOTH = STUDY.replace("runs = 24", "runs = 24\nstart = { x = 0.4, y = 0.98 }")
 def test_slopes_are_the_derivatives_and_those_of_jumps_are_not_trusted(tmp_path):
     def formula(values):
         x, y = float(values["x"]), float(values["y"])
-        return {"f": x**2 + 3.0 * y + 0.3 * (round(40 * x) % 2), "g": x**3 - 2.0 * y**2}
+        return {"f": x**2 + 3.0 * y + 0.3 * (int(23 * x) % 2), "g": x**3 - 2.0 * y**2}
 
     text = SMOOTH + "[optimise.constraints]\ng = { most = 9 }\n"
     folder = StudyFolder(tmp_path / "o")

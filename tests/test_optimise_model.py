@@ -262,7 +262,7 @@ def test_shares_of_a_budget_never_exceed_it():
         for share, cost in ((0.5, 0.13), (0.2, 0.4), (0.9, 0.05)):
             found = shares_of(left, 4, share, cost)
             assert found.fine + cost * found.coarse <= left + 1e-6
-            assert (found.fine >= 1) is (left >= 1.0)
+            assert (found.fine >= 1) == (left >= 1.0)
 
 
 def test_coarse_runs_are_corrected_and_the_best_are_promoted():

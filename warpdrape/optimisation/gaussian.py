@@ -62,9 +62,11 @@ def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int
     limits = [_Process(axes, places, column, seed) for column in excess.T if (column > 0.0).any()]
     aim: _Process | None = None
     found: list[Place] = []
-    for _ in range(count):
+    first = rng.random()
+    for k in range(count):
         if aim is None or values.shape[1] > 1:
-            aim = _Process(axes, places, _weighed(values, rng), seed)
+            weight = (first + k / count) % 1.0  # evenly over a batch
+            aim = _Process(axes, places, _weighed(values, weight), seed)
             for place in found:
                 aim.believe(np.array([place]))
         worth = _apart(axes, _worth(aim, limits, places[feasible]), np.vstack([places, *found]))
@@ -76,13 +78,12 @@ def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int
     return found
 
 
-def _weighed(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """One objective as it is; of two the larger of both by random weights, shape [run]."""
+def _weighed(values: np.ndarray, weight: float) -> np.ndarray:
+    """One objective as it is; of two the larger of both by their weights, shape [run]."""
     if values.shape[1] == 1:
         return values[:, 0]
     width = np.ptp(values, axis=0)
     share = (values - values.min(axis=0)) / np.where(width > 0.0, width, 1.0)
-    weight = rng.random()
     weighed = share * np.array([weight, 1.0 - weight])
     return weighed.max(axis=1) + EVEN * weighed.sum(axis=1)
 
