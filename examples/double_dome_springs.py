@@ -1,7 +1,8 @@
 """The double dome with springs at the blank's edges: their stiffness and place are parameters.
 
 Each edge has two grips, alike to both sides of its middle, and each grip pulls straight outwards.
-The blank may be turned on the die, with its yarns, and its corners be cut off.
+The blank may be turned on the die, with its yarns, and its corners be cut off. The summary tells
+the shear of the part apart from that of the flange, which is trimmed away, grips and all.
 """
 
 import math
@@ -9,11 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from warpdrape import InputError, Ply, Scene, Spring, lay_up
+from warpdrape import InputError, Ply, Result, Scene, Spring, lay_up
 from warpdrape.scenes.double_dome import build as double_dome
 
 FRAME = 0.1
 """From a grip to the frame that its spring hangs on [m]."""
+FLANGE = 0.005
+"""Depth below the die's flat down to which what lies there is flange [m]: half the edge's radius."""
 
 
 def build(
@@ -96,7 +99,19 @@ def build(
         plies=lay_up([ply]),
         springs=springs,
         parameters=parameters,
+        report=_part,
     )
+
+
+def _part(result: Result) -> dict[str, float]:
+    """Largest shear angle of the part [deg], and that which 95 % of its triangles stay below."""
+    ply = result.plies[0]
+    inside = ply.points[ply.triangles].mean(axis=1)[:, 2] < -FLANGE
+    shear = np.abs(ply.shear_angle_deg[inside])
+    return {
+        "part_max_shear_deg": float(shear.max(initial=0.0)),
+        "part_p95_shear_deg": float(np.percentile(shear, 95.0)) if len(shear) else 0.0,
+    }
 
 
 def _outline(half: np.ndarray, corner: float) -> np.ndarray:

@@ -431,6 +431,12 @@ def _add_optimise(commands: Any) -> None:
     )
     _add_study_options(optimise)
     optimise.add_argument(
+        "--slopes",
+        action="store_true",
+        help="show how what is aimed at goes with each parameter at the start, and whether a "
+        "gradient may be trusted; search nothing",
+    )
+    optimise.add_argument(
         "--seed", metavar="N", help="of what is random, in place of the file's; give --out too"
     )
 

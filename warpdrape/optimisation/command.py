@@ -63,6 +63,8 @@ def _run(
     with ExitStack() as stack:
         hands = _Workers(stack, folder, arguments.scheduler, workers, say)
         runner = Runner(book, hands.do)
+        if arguments.slopes:
+            return _slopes(runner)
         try:
             search(runner, say)
         except (KeyboardInterrupt, RunFailed) as reason:
@@ -76,6 +78,18 @@ def _run(
     print(answer_text(runner))
     print(f"report in {files[0]}, table in {files[1]}")
     return cut_off
+
+
+def _slopes(runner: Runner) -> str:
+    from warpdrape.optimisation.slopes import find_slopes, slopes_text, write_slopes
+
+    try:
+        slopes = find_slopes(runner)
+    except (KeyboardInterrupt, RunFailed) as reason:
+        return f"{str(reason) or 'interrupted'}: start it again and it goes on"
+    print(slopes_text(slopes))
+    print(f"table in {write_slopes(runner.book.folder.path, slopes)}")
+    return ""
 
 
 def _say(line: str) -> None:

@@ -14,6 +14,8 @@ from warpdrape.optimisation.front import ranked
 
 LEAST_PAIRS = 3
 """Pairs of a coarse and a fine run from which a correlation of ranks is said."""
+ROUNDING = 1e-9
+"""Of a sum of costs, in fine runs."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +40,12 @@ def shares_of(left: float, batch: int, share: float, coarse_cost: float) -> Shar
         share: of the cost that coarse runs take; 0 without any.
         coarse_cost: of a coarse run, in fine runs.
     """
-    if share == 0.0:
-        return Shares(min(batch, math.floor(left + 1e-9)))
-    fine = min(batch, max(1, math.floor(left * (1.0 - share) + 1e-9)))
+    left += ROUNDING
+    if share == 0.0 or left < 1.0:
+        return Shares(min(batch, math.floor(left)))
+    fine = min(batch, max(1, math.floor(left * (1.0 - share))))
     wanted = fine * share / (1.0 - share)
-    return Shares(fine, math.floor(min(wanted, left - fine) / coarse_cost + 1e-9))
+    return Shares(fine, math.floor(min(wanted, left - fine) / coarse_cost))
 
 
 def corrected(score: Score, aims: Aims, pairs: Sequence[tuple[Score, Score]]) -> Score:

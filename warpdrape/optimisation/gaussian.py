@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.special import log_ndtr
+from scipy.special import erfcx, log_ndtr
 
 from warpdrape.optimisation.known import Known, as_numbers
 from warpdrape.optimisation.space import CHOICE, SHARE, Axis, Place, features
@@ -29,6 +29,14 @@ FIELD, NEAR, BEST = 1500, 40, 8
 """Places tried all over; near each of the best ones; how many of those."""
 STEPS = (0.2, 0.06, 0.02, 0.006)
 """Standard deviations of the places tried near the best [-], one round each."""
+APART = 0.1
+"""Least distance to places that are known, over the mean one between as many [-]: a run beside one
+that is known tells next to nothing, and its noise is much the same."""
+ROOT = np.sqrt(2.0 * np.pi)
+FARTHEST = 1e5
+"""Standard deviations beyond which the improvement's difference is lost to rounding."""
+BESIDE = 1e6
+"""Taken from the logarithm of what a run promises, where it lies beside one that is known."""
 EVEN = 0.05
 """Weight of the sum beside the larger one, where two objectives are weighed."""
 
@@ -42,6 +50,11 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
         count: how many places.
         seed: of what is random.
     """
+    with needed("threadpoolctl", "optimise").threadpool_limits(1):  # more only wait for each other
+        return _propose(axes, known, count, seed)
+
+
+def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int) -> list[Place]:
     rng = np.random.default_rng(seed)
     places = np.array([each.place for each in known])
     values, excess = as_numbers([each.score for each in known])
@@ -49,13 +62,15 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
     limits = [_Process(axes, places, column, seed) for column in excess.T if (column > 0.0).any()]
     aim: _Process | None = None
     found: list[Place] = []
-    for _ in range(count):
+    first = rng.random()
+    for k in range(count):
         if aim is None or values.shape[1] > 1:
-            aim = _Process(axes, places, _weighed(values, rng), seed)
+            weight = (first + k / count) % 1.0  # evenly over a batch
+            aim = _Process(axes, places, _weighed(values, weight), seed)
             for place in found:
                 aim.believe(np.array([place]))
-        worth = _worth(aim, limits, places[feasible])
-        best = places[np.argsort(-worth(places), kind="stable")[:BEST]]
+        worth = _apart(axes, _worth(aim, limits, places[feasible]), np.vstack([places, *found]))
+        best = places[np.lexsort((aim.at(places)[0], ~feasible))[:BEST]]
         place = _climb(axes, worth, best, rng)
         found.append(tuple(float(at) for at in place))
         for process in (aim, *limits):
@@ -63,13 +78,12 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
     return found
 
 
-def _weighed(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """One objective as it is; of two the larger of both by random weights, shape [run]."""
+def _weighed(values: np.ndarray, weight: float) -> np.ndarray:
+    """One objective as it is; of two the larger of both by their weights, shape [run]."""
     if values.shape[1] == 1:
         return values[:, 0]
     width = np.ptp(values, axis=0)
     share = (values - values.min(axis=0)) / np.where(width > 0.0, width, 1.0)
-    weight = rng.random()
     weighed = share * np.array([weight, 1.0 - weight])
     return weighed.max(axis=1) + EVEN * weighed.sum(axis=1)
 
@@ -139,6 +153,21 @@ def _worth(
     return worth
 
 
+def _apart(
+    axes: Sequence[Axis], worth: Callable[[np.ndarray], np.ndarray], known: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """The same, but next to nothing right beside places that are known, shape [n, axis]."""
+    seen = features(axes, known)
+    least = APART * len(known) ** (-1.0 / len(axes))
+
+    def apart(places: np.ndarray) -> np.ndarray:
+        there = features(axes, places)
+        gaps = np.linalg.norm(there[:, None] - seen[None], axis=2).min(axis=1)
+        return worth(places) - np.where(gaps < least, BESIDE, 0.0)
+
+    return apart
+
+
 def log_improvement(z: np.ndarray) -> np.ndarray:
     """Logarithm of φ(z) + z Φ(z), the expected improvement over the standard deviation.
 
@@ -146,12 +175,10 @@ def log_improvement(z: np.ndarray) -> np.ndarray:
         z: how far the mean lies below the best, in standard deviations, shape [n].
     """
     z = np.asarray(z, dtype=float)
-    near = np.maximum(z, -5.0)
-    log_density = -0.5 * z**2 - 0.5 * np.log(2.0 * np.pi)
-    direct = np.log(np.exp(-0.5 * near**2) / np.sqrt(2.0 * np.pi) + near * np.exp(log_ndtr(near)))
-    far = np.maximum(-z, 5.0)
-    series = log_density - 2.0 * np.log(far) + np.log1p(-3.0 / far**2 + 15.0 / far**4)
-    return np.where(z > -5.0, direct, series)
+    high, low = np.maximum(z, 0.0), np.clip(-z, 0.0, FARTHEST)
+    above = np.exp(-0.5 * high**2) / ROOT + high * np.exp(log_ndtr(high))
+    below = 1.0 / ROOT - 0.5 * low * erfcx(low / np.sqrt(2.0))  # over exp(-z²/2): it vanishes
+    return np.where(z > 0.0, np.log(above), np.log(below) - 0.5 * z**2)
 
 
 def _climb(

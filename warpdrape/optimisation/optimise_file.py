@@ -28,6 +28,9 @@ from warpdrape.studies.study_file import (
     study_of,
     table_of,
 )
+from warpdrape.studies.study_file import (
+    KEYS as STUDY_KEYS,
+)
 
 KEYS = (
     *("minimise", "maximise", "constraints", "quasi_static", "runs", "batch", "seed", "method"),
@@ -102,6 +105,7 @@ def read_optimisation(path: str | os.PathLike[str], seed: int | None = None) -> 
     file = Path(path)
     tables = read_tables(file)
     with of_file(file):
+        check_keys("", tables, STUDY_KEYS)
         if OPTIMISE not in tables:
             raise InputError("no [optimise]: say what is to be best, as minimise = 'NAME'")
         given = dict(table_of(tables, OPTIMISE))

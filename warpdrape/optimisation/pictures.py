@@ -120,7 +120,8 @@ def draw_field(runner: Runner) -> Figure:
             if row == rows - 1:
                 panel.set_xlabel(name, size=8, color=INK)
             plain(panel)
-    panels[0, -1].legend(fontsize=7, frameon=False)
+    if panels[0, -1].get_legend_handles_labels()[0]:
+        panels[0, -1].legend(fontsize=7, frameon=False)
     figure.tight_layout()
     return figure
 

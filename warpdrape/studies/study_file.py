@@ -123,7 +123,7 @@ def read_study(path: str | os.PathLike[str]) -> Study:
                 "it has no [design] but [optimise]: run it with warpdrape optimise, or give a "
                 "design too"
             )
-        return study_of(file, given, read_design(given.get("design"), file.parent))
+        return study_of(file, given)
 
 
 def read_tables(file: Path) -> dict[str, Any]:
@@ -145,13 +145,13 @@ def of_file(file: Path) -> Iterator[None]:
         raise InputError(f"study {file}: {error}") from None
 
 
-def study_of(file: Path, given: Mapping[str, Any], design: Design) -> Study:
+def study_of(file: Path, given: Mapping[str, Any], design: Design | None = None) -> Study:
     """Make a study of what its file holds.
 
     Args:
         file: the file, beside which others are looked for.
         given: what it holds.
-        design: how its runs are chosen.
+        design: how its runs are chosen; None for what the file says.
 
     Raises:
         InputError: if something makes no sense.
@@ -162,6 +162,8 @@ def study_of(file: Path, given: Mapping[str, Any], design: Design) -> Study:
     script = find_script(_beside(file, given["scene"]))
     fixed = settings_of(file, "set", table_of(given, "set"), script)
     tables = {name: _with_files(file, name, t) for name, t in table_of(given, "parameters").items()}
+    if design is None:
+        design = read_design(given.get("design"), file.parent)
     design = replace(design, rows=tuple(_row_with_files(file, row) for row in design.rows))
     card = _card(script, fixed) if any("card" in _as_table(t) for t in tables.values()) else None
     parameters = _parameters(tables, design, script, card)
