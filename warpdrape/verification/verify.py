@@ -93,6 +93,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         rubber,
         sphere_net,
         wrinkling,
+        yarns,
     )
 
     yield mechanics.mechanics(quick)
@@ -106,6 +107,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield drape.drape(quick)
     yield invariance.invariance(quick)
     yield hypoelastic.hypoelastic(quick)
+    yield yarns.yarns(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
     yield coupons.bias_extension(quick)
