@@ -94,6 +94,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         rubber,
         sphere_net,
         wrinkling,
+        yarns,
     )
 
     yield mechanics.mechanics(quick)
@@ -107,6 +108,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield drape.drape(quick)
     yield invariance.invariance(quick)
     yield hypoelastic.hypoelastic(quick)
+    yield yarns.yarns(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
     yield prepreg.prepreg(quick, folder)
