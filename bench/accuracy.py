@@ -52,6 +52,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "softening 16": {**STANDARD, "yarn_softening": 16.0},
     "softening 64": {**STANDARD, "yarn_softening": 64.0},
     "softening 100": {**STANDARD, "yarn_softening": 100.0},
+    "softening 64, 40 ms": {**STANDARD, "yarn_softening": 64.0, "duration": 0.04},
     "40 ms": {**STANDARD, "duration": 0.04},
     "20 ms": {**STANDARD, "duration": 0.02},
     "share 0.02": {**STANDARD, "contact_share": 0.02},
