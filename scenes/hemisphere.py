@@ -2,7 +2,7 @@
 
 from warpdrape import Ply, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import ACCURACY, hemisphere_tools
+from warpdrape.scenes.press import ACCURACY, DIE_EDGE, hemisphere_tools
 from warpdrape.units import deg
 
 
@@ -12,8 +12,9 @@ def build(
     cells: int = 20,
     blank_size: float = 0.3,
     travel: float = 0.075,
+    die_edge: float = DIE_EDGE,
     duration: float | None = None,
-    brake: float = 0.3,
+    brake: float | None = None,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -36,8 +37,9 @@ def build(
         cells: squares of four triangles along a side.
         blank_size: side of the blank [m].
         travel: punch travel [m].
-        duration: of the stroke; none for 80 ms, in a draft 40 ms [s].
-        brake: share of the stroke in which the punch slows down, below 1 [-].
+        die_edge: radius of the die's rounded edge [m].
+        duration: of the stroke; none for the accuracy's, 80 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1; none for 0.85 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on the ply [-].
@@ -59,7 +61,7 @@ def build(
     ply = Ply.rectangle(
         "ply_0", cloth, blank_size, cells=cells, mesh=mesh, warp_angle=angle_deg * deg
     )
-    return hemisphere_tools("hemisphere", [ply], parameters, friction)
+    return hemisphere_tools("hemisphere", [ply], parameters, friction, die_edge=die_edge)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,9 @@ from warpdrape.coupons.coupon import (
 from warpdrape.errors import positive
 from warpdrape.units import deg
 
+INSTANT = 1e-6
+"""Half of the time over which a rate is taken [s]."""
+
 
 def build(
     *,
@@ -35,6 +38,8 @@ def build(
     duration: float = 0.1,
     damping: float = 20.0,
     averaging: str = "pairs",
+    process_duration: float = 0.0,
+    temperature: float = 0.0,
     approach: str = "semi_discrete",
 ) -> Scene:
     """Build a picture-frame test; the sample fills the frame, yarns along its sides.
@@ -49,6 +54,9 @@ def build(
         duration: of the pull; inertia bears little of the force from 3° on [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
+        process_duration: time that the test takes for the pull, for a fabric with a viscous
+            matrix; 0 for one without [s].
+        temperature: of the sample, likewise; 0 for that at which its viscosity is given [K].
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or
             "yarns", chains of bars.
     """
@@ -56,7 +64,7 @@ def build(
     angle = check_shear_angle("shear_angle_deg", shear_angle_deg)
     positive("side", side, unit="m")
     flat = coupon_mesh(side, side, edge, mesh, warp_angle=0.0, mesh_angle=mesh_angle_deg * deg)
-    ply = Ply(name="ply_0", fabric=fabric, mesh=flat)
+    ply = Ply(name="ply_0", fabric=fabric, mesh=flat, temperature=temperature or None)
     check_woven(ply.fabric)
     pull = steady_pull((float(frame_travel(side, angle)), 0.0, 0.0), duration)
 
@@ -71,12 +79,22 @@ def build(
         matrix[..., 2, 2] = 1.0
         return matrix
 
+    def rate(time: np.ndarray) -> np.ndarray:
+        ends = frame_angle(side, travel(np.add.outer((-INSTANT, INSTANT), time)))
+        return np.diff(ends, axis=0)[0] / (2.0 * INSTANT) * duration / process_duration
+
+    def force(result, angles: np.ndarray) -> np.ndarray:
+        if not process_duration:
+            return frame_force(ply.fabric, side, angles)
+        rates = rate(result.history["loading_time_s"])
+        return frame_force(ply.fabric, side, angles, rate=rates, temperature=ply.temperature)
+
     def curve(result) -> Curve:
         return shear_curve(
             result,
             "frame",
             lambda d: frame_angle(side, d),
-            lambda g: frame_force(ply.fabric, side, g),
+            lambda g: force(result, g),
             lambda centers: np.ones(len(centers), dtype=bool),
         )
 
@@ -96,6 +114,7 @@ def build(
         plies=[ply],
         clamps=[frame],
         duration=duration,
+        process_duration=process_duration or None,
         gravity=(0.0, 0.0, 0.0),
         self_contact=False,
         numerics=coupon_numerics(averaging, damping),

@@ -10,6 +10,7 @@ from typing import Any
 
 from warpdrape import (
     Float,
+    Friction,
     InputError,
     Numerics,
     Ply,
@@ -28,7 +29,6 @@ from warpdrape.units import kg, mm
 PUNCH_RADIUS = 75 * mm
 DIE_RADIUS = 78 * mm
 DIE_EDGE = 10 * mm
-HOLDER_RADIUS = 88 * mm
 RING_RADIUS = 230 * mm
 HOLDER_MASS = 1.9 * kg
 """An aluminium ring of these radii, 5 mm thick."""
@@ -40,15 +40,15 @@ RAMP = 0.3
 """Share of the stroke in which the punch's speed rises, where ``brake`` leaves that much [-]."""
 FORCE_RAMP = 0.05
 """Share of the stroke in which the holder's force rises [-]."""
-STANDARD = "standard"
-"""The accuracy that ``fast`` stands for."""
+REFERENCE, STANDARD = "reference", "standard"
+"""Names of accuracies; the second is what ``fast`` stands for."""
 ACCURACY = STANDARD
 """The accuracy where none is asked for: within 0.3° and 0.3 mm of a converged run."""
-DRAFT = "draft"
-DURATION, DRAFT_DURATION = 0.08, 0.04
-"""Time of a stroke where none is given, and in a draft [s]."""
-DRAFT_BRAKE = 0.85
-"""Least brake of such a draft: what inertia spoils is the end of a stroke [-]."""
+DURATIONS = {"draft": 0.04, "standard": 0.08, "reference": 0.16}
+"""Time of a stroke by accuracy, where none is given [s]."""
+BRAKE = 0.85
+"""Share of a stroke in which the punch slows down, where none is given [-]: what inertia spoils is
+the end of it."""
 SOFTEST = 3.4e5
 """Stiffness that yarns keep, however an accuracy softens them [N/m]: those of `carbon_interlock`
 over 100 keep more. Beyond that they would stretch by some tenths of a per cent."""
@@ -58,9 +58,11 @@ def hemisphere_tools(
     name: str,
     plies: Sequence[Ply],
     parameters: Mapping[str, Any],
-    friction: float,
+    friction: float | Friction,
     ply_friction: float = 0.3,
     die_radius: float = DIE_RADIUS,
+    die_edge: float = DIE_EDGE,
+    closing_time: float | None = None,
 ) -> Scene:
     """Put plies on the die, from the bottom up, and the other tools on them.
 
@@ -68,18 +70,21 @@ def hemisphere_tools(
         name: of the scene.
         plies: from the die up.
         parameters: of the scene, those that `press_scene` uses, and facet.
-        friction: Coulomb coefficient of tools on plies [-].
+        friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
         die_radius: of the die's hole [m].
+        die_edge: radius of its rounded edge, beyond which the holder begins [m].
+        closing_time: that the press takes for the stroke [s]; None where nothing depends on it.
     """
     ring = {"outer_radius": RING_RADIUS, "facet": parameters["facet"]}
-    holder_radius = HOLDER_RADIUS + (die_radius - DIE_RADIUS)
     tools = (
         Tool.punch(radius=PUNCH_RADIUS, facet=parameters["facet"]),
-        Tool.die(hole_radius=die_radius, edge_radius=DIE_EDGE, depth=60 * mm, **ring),
-        Tool.blank_holder(hole_radius=holder_radius, **ring),
+        Tool.die(hole_radius=die_radius, edge_radius=die_edge, depth=60 * mm, **ring),
+        Tool.blank_holder(hole_radius=die_radius + die_edge, **ring),
     )
-    return press_scene(name, plies, tools, parameters, friction, ply_friction)
+    return press_scene(
+        name, plies, tools, parameters, friction, ply_friction, closing_time=closing_time
+    )
 
 
 def press_scene(
@@ -87,9 +92,10 @@ def press_scene(
     plies: Sequence[Ply],
     tools: Sequence[Tool],
     parameters: Mapping[str, Any],
-    friction: float,
+    friction: float | Friction,
     ply_friction: float = 0.3,
     holder_mass: float = HOLDER_MASS,
+    closing_time: float | None = None,
 ) -> Scene:
     """Lay plies on a die, and let a punch come down on them within a floating blank holder.
 
@@ -99,9 +105,10 @@ def press_scene(
         tools: punch and die and holder, the punch's lowest point and the flats at z = 0.
         parameters: of the scene; travel, duration, holder_force, contact_share, contact, brake,
             kinetic_limit, minimum_time_step, mass_scaling, accuracy, fast and approach are used.
-        friction: Coulomb coefficient of tools on plies [-].
+        friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
         holder_mass: [kg].
+        closing_time: that the press takes for the stroke [s]; None where nothing depends on it.
     """
     plies = lay_up(plies)
     top = (0.0, 0.0, stack_top(plies))
@@ -125,6 +132,7 @@ def press_scene(
         duration=(1.0 + HOLD) * duration,
         friction=friction,
         ply_friction=ply_friction,
+        process_duration=None if closing_time is None else (1.0 + HOLD) * closing_time,
         numerics=press_numerics(parameters, plies),
         approach=parameters["approach"],
         parameters=parameters,
@@ -146,13 +154,11 @@ def accuracy_of(parameters: Mapping[str, Any]) -> str:
 
 
 def stroke_of(parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Duration of a press scene's stroke [s], and its brake: the scene's, or those of a draft."""
+    """Duration of a press scene's stroke [s], and its brake: as given, or the accuracy's."""
     duration, brake = parameters["duration"], parameters["brake"]
-    if duration is not None:
-        return duration, brake
-    if accuracy_of(parameters) == DRAFT:
-        return DRAFT_DURATION, max(brake, DRAFT_BRAKE)
-    return DURATION, brake
+    if duration is None:
+        duration = DURATIONS[accuracy_of(parameters)]
+    return duration, BRAKE if brake is None else brake
 
 
 def press_numerics(parameters: Mapping[str, Any], plies: Sequence[Ply]) -> Numerics:

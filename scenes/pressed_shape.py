@@ -37,8 +37,8 @@ class Press:
         blank_width: of the blanks along y [m].
         cells: squares of four triangles along x.
         travel: punch travel from where it touches the plies [m].
-        duration: of the stroke; none for 80 ms, in a draft 40 ms [s].
-        brake: share of the stroke in which the punch slows down, below 1 [-].
+        duration: of the stroke; none for the accuracy's, 80 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1; none for 0.85 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].
@@ -63,7 +63,7 @@ class Press:
     cells: int = 30
     travel: float
     duration: float | None = None
-    brake: float = 0.3
+    brake: float | None = None
     kinetic_limit: float = 0.0
     holder_force: float = 100.0
     friction: float = 0.2

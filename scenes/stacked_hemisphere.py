@@ -23,7 +23,7 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     duration: float | None = None,
-    brake: float = 0.85,
+    brake: float | None = None,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -47,9 +47,8 @@ def build(
         cells: squares of four triangles along a side.
         blank_size: side of the blanks [m].
         travel: punch travel [m].
-        duration: of the stroke; none for 80 ms, in a draft 40 ms [s].
-        brake: share of the stroke in which the punch slows down, below 1 [-]; much of it, as plies
-            that inertia carries too far on each other stay there.
+        duration: of the stroke; none for the accuracy's, 80 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1; none for 0.85 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].

@@ -54,3 +54,32 @@ def heights(points, corners, k=12):
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     height = ((points - nearest) * normal).sum(axis=1)
     return np.where(inside, height, np.nan)
+
+
+class Facing:
+    """Normals whose sign tells the side at places of a surface, however sharply it is folded.
+
+    The facet's inside it; the sum over the triangles of an edge; at a corner that over those round
+    it, each by its angle there (Baerentzen and Aanaes 2005).
+    """
+
+    def __init__(self, triangles, points):
+        corners = points[triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        self.normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        self.triangles, self.at_corners, self.at_edges = triangles, np.zeros_like(points), {}
+        for t, triangle in enumerate(triangles):
+            for k in range(3):
+                a, b, c = (points[triangle[(k + j) % 3]] for j in range(3))
+                one, other = (b - a) / np.linalg.norm(b - a), (c - a) / np.linalg.norm(c - a)
+                angle = np.arccos(np.clip(one @ other, -1.0, 1.0))
+                self.at_corners[triangle[k]] += angle * self.normals[t]
+                edge = frozenset((int(triangle[k]), int(triangle[k - 2])))
+                self.at_edges[edge] = self.at_edges.get(edge, 0.0) + self.normals[t]
+
+    def at(self, t, weights):
+        """At the place of a triangle that has these weights."""
+        on = self.triangles[t][weights > 0.0]
+        if len(on) == 3:
+            return self.normals[t]
+        return self.at_corners[on[0]] if len(on) == 1 else self.at_edges[frozenset(map(int, on))]

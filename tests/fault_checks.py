@@ -19,6 +19,8 @@ from warpdrape.restart import read_restart
 HERE = Path(__file__).parent
 SCENE = ["hemisphere", "--set=cells=4", "--set=duration=0.01"]
 FRAMES = 6
+AT_BLOCKS = "0s"
+"""How often a checkpoint is kept at every block of steps."""
 
 
 class Server:
@@ -89,15 +91,24 @@ def assert_whole_files(folder: Path) -> None:
                 assert restart is not None and restart.frame >= len(rows) - 3
 
 
-def kill_and_resume(server: Server, folder: Path, whole: Path, **faults) -> tuple[str, float]:
+def kill_and_resume(
+    server: Server, folder: Path, whole: Path, every=1, **faults
+) -> tuple[str, float]:
     """Kill a run, look at what is left, go on.
+
+    Args:
+        server: runs it.
+        folder: of the run.
+        whole: of the run that nothing happened to.
+        every: how often it keeps checkpoints.
+        faults: that kill it.
 
     Returns:
         What the kill had left, and how long the run took if it came to its end before [s], else
         infinity.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    done = server.run(folder, **faults)
+    done = server.run(folder, every, **faults)
     assert done["status"] in (-signal.SIGKILL, 0), done
     assert_whole_files(folder)
     left = ", ".join(sorted(f.name for f in folder.iterdir())) if folder.exists() else ""
@@ -108,11 +119,15 @@ def kill_and_resume(server: Server, folder: Path, whole: Path, **faults) -> tupl
 
 
 def kill_at_random(server: Server, folder: Path, whole: Path, seconds: float, count: int):
-    """Kill runs at so many random moments, up to just after their end; what each had left."""
+    """Kill runs at so many random moments, up to just after their end; what each had left.
+
+    Every other one keeps checkpoints between frames.
+    """
     chance, killed = random.Random(1), []
     while len(killed) < count:
         after = chance.uniform(0.0, 1.05 * seconds)
-        left, took = kill_and_resume(server, folder, whole, after=after)
+        every = AT_BLOCKS if len(killed) % 2 else 1
+        left, took = kill_and_resume(server, folder, whole, every, after=after)
         if took == math.inf:
             killed.append(left)
         seconds = min(seconds, took)  # a machine with other work was slow when it was measured

@@ -166,6 +166,7 @@ CALLS = {
             "yarn_angle": math.pi / 2,
             "bending": None,
             "compaction": None,
+            "matrix": None,
             "sources": {},
             "description": "",
             "doubts": (),
@@ -220,6 +221,45 @@ CALLS = {
         wd.Fabric.rubber,
         {"name": "a", "thickness": 1e-3, "density": 1100.0, "c10": 2e5, "bends": True},
     ),
+    "newtonian": (laws.Newtonian, {"viscosity": 1e5}),
+    "power law": (
+        laws.PowerLaw,
+        {"viscosity": 1e6, "exponent": 0.5, "reference_rate": 0.1, "lowest_rate": 0.01},
+    ),
+    "cross": (laws.Cross, {"at_rest": 1e6, "at_last": 1e4, "time": 10.0, "exponent": 0.7}),
+    "arrhenius": (
+        laws.Arrhenius,
+        {
+            "activation_energy": 6e4,
+            "reference_temperature": 533.0,
+            "lowest_temperature": 463.0,
+        },
+    ),
+    "wlf": (
+        laws.WLF,
+        {
+            "c1": 4.0,
+            "c2": 150.0,
+            "reference_temperature": 533.0,
+            "lowest_temperature": 463.0,
+        },
+    ),
+    "heat": (wd.Heat, {"capacity": 900.0, "conductance": 500.0}),
+    "matrix": (
+        wd.Matrix,
+        {
+            "viscosity": laws.Newtonian(1e5),
+            "shift": None,
+            "rise": (1.0, 0.0),
+            "modulus": None,
+            "heat": None,
+        },
+    ),
+    "prepreg": (
+        wd.Ply,
+        {"name": "ply_0", "fabric": "synthetic_prepreg", "mesh": PLY.mesh, "temperature": 520.0},
+    ),
+    "warm tool": (wd.Tool.sphere, {**MOVING, "radius": 0.05, "temperature": 400.0}),
     "turn": (
         wd.Turn,
         {

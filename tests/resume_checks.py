@@ -10,7 +10,7 @@ import numpy as np
 from law_checks import fabric
 from pxr import Sdf
 
-from warpdrape import Friction, Pressure, Spring, Turn, WantedDirection, restart
+from warpdrape import Crossover, Friction, Pressure, Spring, Turn, WantedDirection, restart
 from warpdrape.blanks.ply import Ply, lay_up, stack_top
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
@@ -18,7 +18,8 @@ from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.scenes import picture_frame
 from warpdrape.setup import Clamp
-from warpdrape.tools.motion import Float, Stroke
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Stroke
 from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)))
@@ -69,6 +70,15 @@ def bars():
     return dataclasses.replace(press(**FASTER), plies=plies, approach="yarns")
 
 
+def sliding():
+    """The same with yarns that slide through each other."""
+    scene, loose = bars(), {"slip_force_warp": 1e-3, "slip_force_weft": 2e-3}
+    law = Crossover(**loose, stiffness_warp=50.0, stiffness_weft=80.0, friction=0.2)
+    material = dataclasses.replace(STIFF, crossover=law)
+    plies = [dataclasses.replace(ply, fabric=material) for ply in scene.plies]
+    return dataclasses.replace(scene, plies=plies, approach="sliding_yarns")
+
+
 def loaded():
     """With a gripper that slips, a pressure over time, friction that varies, and a wanted angle."""
     return dataclasses.replace(
@@ -115,6 +125,7 @@ SCENES = {
     "coupon": coupon,
     "stress as a state": lambda: dataclasses.replace(press(**FASTER), approach="green_naghdi"),
     "chains of bars": bars,
+    "yarns that slide": sliding,
     "loaded": loaded,
     "turning": turning,
 }
@@ -143,6 +154,37 @@ def cut_off(scene, folder: Path, frame, monkeypatch, *, frames=8, every=2, threa
                 scene.run(whole, frames=frames, checkpoint=every, threads=threads)
             else:
                 scene.run(resume=whole, checkpoint=every)
+        except Cut:
+            shutil.rmtree(whole)
+            return
+    raise AssertionError("it came to its end")
+
+
+def cut_between(scene, folder: Path, when, monkeypatch, *, frames=3, **options):
+    """Leave a folder as a run leaves it that is killed just after a checkpoint between frames.
+
+    Args:
+        scene: to be run.
+        folder: to be left.
+        when: function of the last frame and the run's loading: whether it may be then; it is the
+            third time.
+        monkeypatch: pytest's.
+        frames: of the run.
+        options: of it.
+    """
+    whole, moments = folder.with_name(folder.name + " whole"), []
+
+    def stop(self, frame, *, stopping):
+        moments.extend([frame] if when(frame, self._loading) else [])
+        if len(moments) == 3:
+            self.take(frame)
+            shutil.copytree(whole, folder, ignore=shutil.ignore_patterns(".lock"))
+            raise Cut
+
+    with monkeypatch.context() as patch:
+        patch.setattr(restart.Keeper, "between", stop)
+        try:
+            scene.run(whole, frames=frames, checkpoint=frames, **options)
         except Cut:
             shutil.rmtree(whole)
             return

@@ -12,12 +12,13 @@ import pytest
 import warpdrape as wd
 from warpdrape import cli
 from warpdrape.calibration.calibrate import calibrate, run_calibration
-from warpdrape.calibration.card_file import card_text, fabric_of
+from warpdrape.calibration.card_file import fabric_of
 from warpdrape.calibration.coupons import run_coupons
 from warpdrape.calibration.fits import fit_all
 from warpdrape.calibration.tests_file import read_plan
 from warpdrape.coupons.closed_forms import bias_force, couple_per_area
 from warpdrape.errors import InputError
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import (
     CrimpInterchange,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from pxr import Usd
+from study_checks import write_study
 
 import warpdrape
 from warpdrape import cli
@@ -18,6 +19,13 @@ from warpdrape.errors import InputError
 from warpdrape.results.summary_text import summary_text
 from warpdrape.simulation import Stepper
 
+FRAME = """
+base = "carbon_interlock"
+[tests.frame]
+kind = "picture_frame"
+files = ["frame.csv"]
+side = "100 mm"
+"""
 QUICK = ["--set", "cells=6", "--set", "duration=0.005", "--frames", "3", "--quiet"]
 ROOT = Path(__file__).parents[1]
 
@@ -327,12 +335,41 @@ def test_lists_and_whole_numbers_may_have_their_unit_or_are_refused(name, text, 
     assert type(read) is type(value)
 
 
-@pytest.mark.parametrize("command", [["scenes"], ["scenes", "hemisphere"], ["fabrics"], ["info"]])
-def test_every_command_can_be_quiet(command, capsys):
-    assert run(*command, "-q") == 0
-    assert capsys.readouterr().out == ""
-    assert run(*command) == 0
+COMMANDS = {
+    "scenes": ["hemisphere"],
+    "fabrics": ["carbon_interlock", "--plot", "card.png"],
+    "info": [],
+    "picture": ["RUN", "--out", "ply.png"],
+    "export": ["RUN", "--to", "csv", "--out", "table.csv", "--overwrite"],
+    "judge": ["RUN", "--out", "marked.png"],
+    "report": ["RUN", "--out", "report.html"],
+    "calibrate": ["tests.toml", "--dry"],
+    "study": ["tiny.toml", "--plan"],
+    "verify": ["--quick"],
+}
+COMPUTING = {"run", "resume", "compare"}
+"""Commands whose figures are shown however quiet they are; tests of their own."""
+
+
+def test_every_command_is_tried():
+    assert {*COMMANDS, *COMPUTING} == {*cli._COMMANDS}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_can_be_quiet(name, pressed, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        "warpdrape.verification.verify.main", lambda *_: print("a table") or cli.DONE
+    )
+    (tmp_path / "frame.csv").write_text("angle [deg];force [N]\n0;0\n10;1\n20;3\n30;6\n40;9\n")
+    (tmp_path / "tests.toml").write_text(FRAME)
+    write_study(tmp_path)
+    command = [name, *(str(pressed[1]) if word == "RUN" else word for word in COMMANDS[name])]
+    status = run(*command)
+    assert status == cli.DONE or (name == "judge" and status == cli.UNFIT)
     assert capsys.readouterr().out
+    assert run(*command, "-q") == status
+    assert capsys.readouterr() == ("", "")
 
 
 def test_a_quiet_command_still_says_what_is_wrong(capsys):

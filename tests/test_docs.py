@@ -61,6 +61,22 @@ def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow
         assert (ROOT / file).is_file()
 
 
+@pytest.mark.parametrize("room", ["tests", "bench", "docs", "examples", "warpdrape/report"])
+def test_a_source_distribution_has_all_files(room):
+    """Python's own files of the package are in it anyway."""
+    lines = (ROOT / "MANIFEST.in").read_text("utf-8").splitlines()
+    rules = [line.split()[1:] for line in lines if line.startswith("recursive-include ")]
+    for file in (ROOT / room).rglob("*"):
+        made = any(part.startswith((".", "__pycache__")) for part in file.relative_to(ROOT).parts)
+        if made or file.is_dir() or (room.startswith("warpdrape") and file.suffix == ".py"):
+            continue
+        taken = (
+            file.is_relative_to(ROOT / folder) and any(map(file.match, patterns))
+            for folder, *patterns in rules
+        )
+        assert any(taken), file
+
+
 @pages()
 def test_files_named_are_there(page):
     for name in re.findall(r"`((?:[\w.]+/)+[\w.]*)`", page.read_text("utf-8")):
@@ -87,10 +103,8 @@ def test_commands_exist():
             load_fabric(arguments.fabric)
 
 
-def test_friction_laws_of_the_usage_page():
-    (text,) = [
-        block for block in blocks(ROOT / "docs" / "usage.md", "python") if "Friction" in block
-    ]
+def test_friction_laws_of_the_page_of_fabrics():
+    (text,) = blocks(ROOT / "docs" / "fabrics.md", "python")
     laws = {"wd": wd}
     exec(text.partition("scene = ")[0], laws)
     assert laws["dry"](pressure=30e3, angle_deg=22.5) == pytest.approx(0.27 * 0.28 / 0.3)
@@ -104,13 +118,15 @@ def test_bootstrap_commands_name_a_scene():
         find_script(words[3])
 
 
-def test_script_and_fabric_of_the_usage_page(tmp_path):
-    usage = ROOT / "docs" / "usage.md"
+def test_script_of_the_usage_page(tmp_path):
     script = tmp_path / "press_disc.py"
-    script.write_text(blocks(usage, "python")[0], encoding="utf-8")
+    script.write_text(blocks(ROOT / "docs" / "usage.md", "python")[0], encoding="utf-8")
     scene = find_script(script).make(["angle_deg=30"])
     assert [tool.name for tool in scene.tools] == ["die", "holder", "punch"]
-    text, compaction = blocks(usage, "toml")
+
+
+def test_card_of_the_page_of_fabrics(tmp_path):
+    text, compaction = blocks(ROOT / "docs" / "fabrics.md", "toml")
     fabric = tmp_path / "my_twill.toml"
     fabric.write_text(text, encoding="utf-8")
     assert load_fabric(fabric).areal_density == 0.6
@@ -130,6 +146,20 @@ def test_lines_of_python_on_the_page_of_approaches(capsys):
     exec(compile(text.replace("5 * mm", "10 * mm"), "approaches.md", "exec"), names)
     assert "Net: " in capsys.readouterr().out
     assert len(names["darts"]) == 4
+
+
+def test_card_and_lines_of_python_on_the_page_of_prepregs(tmp_path):
+    page = ROOT / "docs" / "prepreg.md"
+    (matrix,) = blocks(page, "toml")
+    card = tmp_path / "my_prepreg.toml"
+    card.write_text(blocks(ROOT / "docs" / "usage.md", "toml")[0] + matrix, encoding="utf-8")
+    assert load_fabric(card).matrix == load_fabric("synthetic_prepreg").matrix
+    (text,) = blocks(page, "python")
+    names = {}
+    exec(compile(text.replace("cells=10", "cells=4"), "prepreg.md", "exec"), names)
+    result = names["scene"].run(frames=1)
+    assert result.completed and result.summary["process_clock"]["process_s"] == pytest.approx(2.0)
+    assert result.plies[0].temperature.min() < result.plies[0].temperature.max()
 
 
 def test_lines_of_python_on_the_notebook_page(tmp_path, monkeypatch):

@@ -16,7 +16,8 @@ from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.setup import Clamp
-from warpdrape.tools.motion import Float, Path, Stroke
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Path, Stroke
 from warpdrape.tools.tool import Tool
 
 ELASTIC = fabric(LinearTension(300.0, 350.0), ShearPolynomial((2e-4,)), factor=1.0)

@@ -308,6 +308,13 @@ def test_the_command_writes_into_the_run_folder(pressed, tmp_path, capsys):
     assert "--frame x must be a whole number" in capsys.readouterr().err
     assert wd.read_run(run).completed  # the run is as it was
     assert [f for f in Path(run, "export").iterdir()] == [written]
-    with pytest.warns(UserWarning, match="holds exports of the run before: export again"):
-        RunFolder(run, overwrite=True).begin()
-    assert written.is_file()
+    for text in (written.read_text("utf-8"), "of another run"):
+        aside = run / "export_of_the_run_before"
+        with pytest.warns(UserWarning, match=f"exports of the run before are in {aside} now"):
+            RunFolder(run, overwrite=True).begin()
+        assert not (run / "export").exists()
+        assert [f.name for f in aside.iterdir()] == ["triangles.csv"]
+        assert (aside / "triangles.csv").read_text("utf-8") == text
+        (run / "summary.json").write_text("{}")
+        (run / "export").mkdir()
+        written.write_text("of another run")

@@ -356,8 +356,22 @@ coefficients = { value = [1, -1], unit = "N·mm", status = "assumed", source = "
 """
     with pytest.warns(UserWarning, match="'mine'.*falls beyond 33.1°"):
         load_fabric(write((GOOD[start:], falling)))
-    with pytest.warns(UserWarning, match="'mine'.*falls beyond 10"):
+    with pytest.warns(UserWarning, match="check the signs of its coefficients"):
+        load_fabric(write((GOOD[start:], falling)))
+    with warnings.catch_warnings(action="error"):
+        load_fabric(write((GOOD[start:], falling.replace("-1", "1"))))
+
+
+def test_a_table_that_falls_is_told_where_and_what_helps(write):
+    with pytest.warns(
+        UserWarning, match="couple falls from 10° to 30° of its table; leave out"
+    ) as w:
         load_fabric(write(("0.1, 0.2, 0.9", "0.1, 0.05, 0.9")))
+    assert "coefficients" not in str(w[0].message) and "calibrate" in str(w[0].message)
+    for angles, couples in (("0, 30, 60", "0.05, 0.9"), ("0, 10, 60", "0.1, 0.9")):
+        changes = ("[0, 10, 30, 60]", f"[{angles}]"), ("0.1, 0.2, 0.9", couples)
+        with warnings.catch_warnings(action="error"):
+            load_fabric(write(*changes))
 
 
 def test_card_shows_every_value_with_status_source_and_doubt():

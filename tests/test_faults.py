@@ -24,6 +24,7 @@ from warpdrape.simulation import Stepper
 ROOT = Path(__file__).parents[1]
 FULL, READ_ONLY, BROKEN = 28, 30, 5
 """ENOSPC, EROFS, EIO."""
+COARSE = ["hemisphere", "--set=cells=4", "--set=duration=0.005", "--frames=2"]
 QUICK = ["hemisphere", "--set=cells=4", "--set=duration=0.01", "--frames=3", "--quiet"]
 
 
@@ -131,13 +132,12 @@ def cut(tmp_path_factory):
     return folder
 
 
-def read_damaged(cut, folder, count, capsys):
-    """Damage one file of a run folder at a time, and feed it to what reads one."""
-    chance, ends = random.Random(2), []
-    files = sorted(f.name for f in cut.iterdir())
+def damaged_copies(whole, folder, count, chance):
+    """Copies of a run folder, one after the other, in each of which a file is damaged; its name."""
+    files = sorted(f.name for f in whole.iterdir())
     for _ in range(count):
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(cut, folder)
+        shutil.copytree(whole, folder)
         path = folder / chance.choice(files)
         content = bytearray(path.read_bytes())
         if chance.random() < 0.3:
@@ -146,6 +146,13 @@ def read_damaged(cut, folder, count, capsys):
             for _ in range(chance.randrange(1, 20)):
                 content[chance.randrange(len(content))] = chance.randrange(256)
         path.write_bytes(content)
+        yield path
+
+
+def read_damaged(cut, folder, count, capsys):
+    """Damage one file of a run folder at a time, and feed it to what reads one."""
+    ends = []
+    for path in damaged_copies(cut, folder, count, random.Random(2)):
         try:
             read_scene(folder / ".scene.partial.usdc", None, -1)
         except InputError as error:
@@ -166,6 +173,62 @@ def test_damaged_run_folders(cut, tmp_path, capsys):
 @pytest.mark.slow
 def test_many_damaged_run_folders(cut, tmp_path, capsys):
     read_damaged(cut, tmp_path / "run", 1000, capsys)
+
+
+READERS = [
+    ["judge", "RUN"],
+    ["report", "RUN", "--frames", "2"],
+    ["picture", "RUN", "--field", "wrinkle"],
+    ["export", "RUN", "--to", "csv"],
+    ["export", "RUN", "--to", "inp"],
+    ["export", "RUN", "--to", "vtk"],
+    ["export", "RUN", "--to", "svg"],
+    ["compare", *COARSE, "--approaches", "semi_discrete", "--out", "OUT"],
+    ["resume", "RUN"],
+]
+
+
+def feed_readers(whole, folder, count, capsys):
+    """Damage one file of a finished run at a time, and feed it to every command that reads one."""
+    chance, ends = random.Random(4), []
+    run = folder / "semi_discrete"
+    for path in damaged_copies(whole, run, count, chance):
+        before = {f.name: f.read_bytes() for f in run.iterdir()}
+        for reader in READERS:
+            places = {"RUN": str(run), "OUT": str(folder)}
+            argv = [places.get(word, word) for word in reader]
+            status = cli.main([*argv, "-q"])
+            said = [
+                line for line in capsys.readouterr().err.splitlines() if "warning: " not in line
+            ]
+            assert status in (0, 1, 2, 3) and "unexpected" not in "".join(said), (
+                path,
+                reader,
+                said,
+            )
+            assert len(said) == (1 if status in (1, 2) else 0), (path, reader, said)
+            if reader[0] != "resume":  # which mends what it can
+                assert all((run / name).read_bytes() == was for name, was in before.items())
+            ends.append((reader[0], status))
+    return ends
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A finished run of a bundled scene."""
+    folder = tmp_path_factory.mktemp("finished") / "run"
+    assert cli.main(["run", *COARSE, "--out", str(folder), "-q"]) == 0
+    return folder
+
+
+def test_damaged_runs_fed_to_every_command(finished, tmp_path, capsys):
+    ends = feed_readers(finished, tmp_path, 1, capsys)
+    assert {status for _, status in ends} >= {0, 2}
+
+
+@pytest.mark.slow
+def test_many_damaged_runs_fed_to_every_command(finished, tmp_path, capsys):
+    feed_readers(finished, tmp_path, 100, capsys)
 
 
 def test_nothing_is_executed_that_a_checkpoint_holds(tmp_path):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from warpdrape import InputError, cli
+from warpdrape.defects.limits import Limits, read_limits
 from warpdrape.results.judgement import judge, not_judged, verdict
-from warpdrape.results.limits import Limits, read_limits
 from warpdrape.results.run_folder import JUDGEMENT
 from warpdrape.results.run_tables import read_history, read_summary
 from warpdrape.scenes import hemisphere

@@ -3,8 +3,10 @@
 import signal
 
 import pytest
-from fault_checks import kill_and_resume, kill_at_random
+from fault_checks import AT_BLOCKS, assert_whole_files, kill_and_resume, kill_at_random
 from resume_checks import assert_same_folder
+
+from warpdrape.restart import read_restart
 
 BEFORE, MIDST = -1, -2
 """A kill before a call that changes the folder; and in its midst, a write done by half."""
@@ -14,6 +16,21 @@ def test_killed_at_some_writes(server, whole, tmp_path):
     folder, done = whole
     for number in (done["calls"] // 3, done["calls"] - 6):
         kill_and_resume(server, tmp_path / "run", folder, at=number, kind=MIDST)
+
+
+@pytest.mark.parametrize(
+    ("share", "kind"), [(1.4, MIDST), pytest.param(2.5, BEFORE, marks=pytest.mark.slow)]
+)
+def test_killed_between_frames(share, kind, server, whole, tmp_path):
+    """With a checkpoint at every block of steps, the last one half written."""
+    folder, done = whole
+    at = int(share * done["calls"])
+    killed = server.run(tmp_path / "run", AT_BLOCKS, at=at, kind=kind)
+    assert killed["status"] == -signal.SIGKILL
+    assert read_restart(tmp_path / "run").clock.left > 0
+    assert_whole_files(tmp_path / "run")
+    assert server.resume(tmp_path / "run")["status"] == 0
+    assert_same_folder(tmp_path / "run", folder)
 
 
 @pytest.mark.slow

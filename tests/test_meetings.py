@@ -11,12 +11,12 @@ import warpdrape as wd
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.cli import main
 from warpdrape.contact.face_depths import FaceDepths
+from warpdrape.defects.limits import Limits
 from warpdrape.defects.outline import outer_loop
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.exports.export import export
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.results.judgement import judge, not_judged
-from warpdrape.results.limits import Limits
 from warpdrape.scenes import circular_table, diaphragm, hemisphere, three_ply_hemisphere
 from warpdrape.tools.pose import Pose, pose_between, rotation
 

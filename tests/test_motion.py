@@ -5,7 +5,8 @@ import pytest
 
 from warpdrape import Ply, Scene, Tool
 from warpdrape.errors import InputError
-from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke, smooth_ramp
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Path, Stages, Still, Stroke, smooth_ramp
 
 
 def speeds(displacement, start, end, n=20001):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_ply_search import THICKNESS, contact_of, memory_of, of_look, two_laid_up
+from test_ply_search import THICKNESS, contact_of, gaps, memory_of, of_look, two_laid_up
 
 from warpdrape import Clamp, Path, Ply, Scene, lay_up
 from warpdrape.dynamics import stepping
@@ -130,3 +130,30 @@ def test_a_ply_led_round_a_border_is_held_down_by_the_other_one(device):
     np.testing.assert_allclose(heights[free], -THICKNESS, atol=0.05 * THICKNESS)
     assert result.summary["max_penetration_m"] < 0.02 * THICKNESS
     assert result.summary["energy_error"] < 0.01
+
+
+def test_round_a_sharp_ridge_a_vertex_lies_on_its_own_side(device):
+    """Both legs hang down, one with triangles three times as large: vertex normals lean over the
+    ridge so far that they once said of what is beside the other leg that it was deep in the ply.
+    """
+    low, high = (
+        Ply.rectangle(name, "carbon_interlock", size, cells=cells)
+        for name, size, cells in (("low", 0.08, 8), ("high", 0.03, 12))
+    )
+    model = build_model(Scene(name="s", plies=lay_up([low, high]), duration=1e-2), device, 1)
+    state, upper = initial_state(model), model.spans[1].first_vertex
+    x, lean = model.rest.numpy().copy(), np.radians(4.0)
+    leg = np.abs(x[:upper, 0]) * np.where(x[:upper, 0] > 0.0, 0.33, 1.0)
+    x[:upper, 0] = np.sign(x[:upper, 0]) * leg * np.sin(lean)
+    x[:upper, 2] = -leg * np.cos(lean)
+    y, turn = x[upper:, 1].copy(), np.linspace(-1.45, 1.45, len(x) - upper)
+    away = np.stack([np.sin(turn), np.zeros_like(turn), np.cos(turn)], axis=1)
+    x[upper:] = 1.1 * THICKNESS * away
+    x[upper:, 1] = y
+    state.plies.x.assign(x)
+    for asking in (True, False):
+        stepping.search_contacts(model, state, asking=asking)
+        (look,) = (look for look in contact_of(model).looks if look.searching == 1)
+        _, slots = of_look(model, look)
+        assert not memory_of(model, state).seen.numpy()["across"][slots].any()
+        np.testing.assert_allclose(gaps(model, state)[slots], 0.1 * THICKNESS, atol=1e-9)

@@ -40,6 +40,9 @@ def test_it_is_the_result_of_the_run_in_single_precision(pressed):
         for field in dataclasses.fields(FormedPly)[1:]:
             if field.name == "wrinkling":
                 continue
+            if field.name == "yarn_slide":  # crossovers are pinned
+                assert one.yarn_slide is other.yarn_slide is None
+                continue
             assert same(getattr(one, field.name), getattr(other, field.name)), field.name
         assert np.ptp(np.sign(other.shear_angle)) == 2.0  # signed, either way
     for one, other in zip(ran.tools, read.tools, strict=True):
@@ -89,6 +92,8 @@ def test_a_ply_without_bending_and_without_neighbours_has_none_of_their_fields(t
             "weft_curvature",
             "slip",
             "contact_pressure",
+            "warp_slide",
+            "weft_slide",
         }
 
 

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import math
 import shutil
+import signal
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from resume_checks import (
     SCENES,
     STIFF,
     assert_same_folder,
+    cut_between,
     cut_off,
     loaded,
     press,
@@ -19,12 +22,14 @@ from resume_checks import (
 )
 
 from warpdrape import DefectThresholds
+from warpdrape.cadence import read_cadence
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.moving_arrays import moving_arrays, read_bytes, write_bytes
 from warpdrape.dynamics.stepping import Stepper
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.recorder import Recorder
+from warpdrape.restart import read_restart
 from warpdrape.state import all_arrays
 from warpdrape.tools.motion import Path
 
@@ -56,6 +61,85 @@ def test_a_run_that_was_cut_off_ends_as_one_that_was_not(name, tmp_path, monkeyp
     for one, other in zip(result.plies, expected.plies, strict=True):
         assert np.abs(one.points - one.rest_points).max() > 1e-3
         np.testing.assert_array_equal(one.points, other.points)
+
+
+def in_the_midst(frame, loading):
+    """On the way to the second frame, with steps done and to do."""
+    return frame == 1 and loading.left > 0
+
+
+def after_a_look(frame, loading):
+    """The same at the last step of a stretch: the pace to come has just been chosen."""
+    return frame == 1 and loading.left == 0 and not loading.come_to(2)
+
+
+BETWEEN = [(name, in_the_midst) for name in SCENES] + [("paced", after_a_look)]
+QUICK = ("paced", "loaded", "turning", "coupon")
+
+
+@pytest.mark.parametrize(
+    ("name", "when"),
+    [pytest.param(*b, marks=[] if b[0] in QUICK else pytest.mark.slow) for b in BETWEEN],
+)
+def test_a_run_that_was_cut_off_between_frames_ends_as_one_that_was_not(
+    name, when, tmp_path, monkeypatch
+):
+    SCENES[name]().run(tmp_path / "whole", frames=3, checkpoint=3)
+    cut_between(SCENES[name](), tmp_path / "cut", when, monkeypatch)
+    restart = read_restart(tmp_path / "cut")
+    assert restart.frame == 1 and restart.tally.steps > restart.tally.steps_before > 0
+    assert (restart.clock.left > 0) == (when is in_the_midst)
+    again = SCENES[name]().run(resume=tmp_path / "cut")
+    assert again.completed
+    assert_same_folder(tmp_path / "cut", tmp_path / "whole")
+
+
+@pytest.mark.parametrize("disk_is_full", [False, True])
+def test_what_a_signal_ends_goes_on_from_where_it_was(disk_is_full, tmp_path, monkeypatch):
+    """A checkpoint is kept then, in the midst of a frame too; the one before, if it cannot be."""
+    press().run(tmp_path / "whole", frames=2)
+    block, done = Stepper.block, []
+
+    def asked(self):
+        block(self)
+        done.append(1)
+        if 1.5 * len(done) * self._model.timing.search_every > self._model.timing.steps:
+            before.setdefault("steps", read_restart(tmp_path / "run").tally.steps)
+            if len(before) == 1:
+                before["more"] = signal.raise_signal(signal.SIGTERM)
+                if disk_is_full:
+                    monkeypatch.setattr("warpdrape.restart.write_checkpoint", full)
+
+    def full(*_, **__):
+        raise RunFailed("checkpoint.npz could not be written (No space left on device)")
+
+    before = {}
+    monkeypatch.setattr(Stepper, "block", asked)
+    stopped = press().run(tmp_path / "run", frames=2, checkpoint=1)
+    monkeypatch.undo()
+    assert stopped.summary["message"] == "asked to end by SIGTERM"
+    restart = read_restart(tmp_path / "run")
+    assert (restart.tally.steps == before["steps"]) == disk_is_full
+    if not disk_is_full:
+        assert restart.clock.left > 0
+        assert restart.tally.steps == len(done) * restart.timing.search_every
+    assert press().run(resume=tmp_path / "run").completed
+    assert_same_folder(tmp_path / "run", tmp_path / "whole")
+
+
+def test_a_run_that_was_cut_off_between_frames_is_not_extended(tmp_path, monkeypatch):
+    cut_between(press(), tmp_path / "cut", in_the_midst, monkeypatch)
+    longer = dataclasses.replace(press(), duration=8e-3)
+    with pytest.raises(InputError, match="cut off between frames 1 and 2: let it come to its end"):
+        longer.run(resume=tmp_path / "cut", extend=True)
+
+
+def test_seconds_are_kept_between_frames_and_frames_are_not():
+    for text, between in (("5", False), ("2s", True), ("auto", True)):
+        cadence = read_cadence(text)
+        assert cadence.due(0, math.inf, 0.0) and cadence.due(None, 1e6, 0.01) == between
+        assert cadence.due(3, 1.9, 0.1) is False and cadence.due(None, 1.9, 0.1) is False
+        assert cadence.due(5, 2.1, 0.02) is True
 
 
 def test_parts_on_threads_go_on_to_the_bit_too(tmp_path, monkeypatch):

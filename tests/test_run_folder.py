@@ -33,15 +33,45 @@ def test_results_are_refused_unless_overwritten(tmp_path, name):
     assert name in str(caught.value)
     folder = RunFolder(tmp_path, overwrite=True)
     assert (tmp_path / name).read_text() == "old"  # until the run begins
-    folder.begin()
+    with pytest.warns(UserWarning, match=r"also holds notes\.txt: left as it is"):
+        folder.begin()
     assert names(tmp_path) == ["notes.txt"]
 
 
 def test_going_on_removes_what_told_of_the_end(tmp_path):
-    for name in ("summary.json", "report.html", "run.json"):
+    for name in ("summary.json", "report.html", "judgement.png", "stack.png"):
         (tmp_path / name).write_text("old")
+    (tmp_path / "run.json").write_text('{"plies": [{"name": "ply 1"}]}')
+    (tmp_path / "ply_1_wrinkle.mp4").write_text("old")
     RunFolder.of_run(tmp_path).go_on()
     assert names(tmp_path) == ["run.json"]
+
+
+MADE = ("ply_0.png", "ply_0_fibre-volume.png", "stack_slip.mp4", ".ply_0.partial.png")
+OWN = ("ply_0_notes.png", "ply_7.png", "ply_0.gif", "setup.png")
+
+
+@pytest.mark.parametrize("record", ['{"plies": [{"name": "ply_0"}]}', "damaged"])
+def test_pictures_of_the_run_before_go_with_it_and_those_of_the_user_stay(tmp_path, record):
+    (tmp_path / "run.json").write_text(record)
+    for name in (*MADE, *OWN):
+        (tmp_path / name).write_text("old")
+    with pytest.warns(UserWarning, match=r"also holds .* and \d more: left"):
+        RunFolder(tmp_path, overwrite=True).begin()
+    gone = MADE if record != "damaged" else ("stack_slip.mp4",)
+    assert names(tmp_path) == sorted({*MADE, *OWN} - set(gone))
+
+
+def test_a_picture_is_replaced_where_a_kill_came_between(tmp_path, monkeypatch):
+    """The record, which names the plies, outlives what it names."""
+    (tmp_path / "run.json").write_text('{"plies": [{"name": "ply_0"}]}')
+    for name in ("ply_0.png", "summary.json"):
+        (tmp_path / name).write_text("old")
+    removed = []
+    unlink = Path.unlink
+    monkeypatch.setattr(Path, "unlink", lambda path: removed.append(path.name) or unlink(path))
+    RunFolder(tmp_path, overwrite=True).begin()
+    assert removed[0] == "ply_0.png" and set(removed[1:]) == {"summary.json", "run.json"}
 
 
 def test_begin_removes_only_what_was_there_before(tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact_oracle import Facing
 from interaction_checks import of_kind
 
 from warpdrape import Float, InputError, Ply, Scene, Tool
@@ -101,23 +102,19 @@ def by_brute_force(model, x, thickness=THICKNESS):
     apart = contact.flat.apart.numpy()
     gaps = np.full((2, len(x)), np.inf)
     a, b, c = (x[triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    at_vertices = np.zeros_like(x)
-    for k in range(3):
-        np.add.at(at_vertices, triangles[:, k], normals)
-    at_vertices /= np.linalg.norm(at_vertices, axis=1, keepdims=True)
+    facing = Facing(triangles, x)
     for i, point in enumerate(x):
         weights = nearest_weights(point, a, b, c)
         place = np.einsum("mk,mkj->mj", weights, x[triangles])
         flat = np.einsum("mk,mkj->mj", weights, rest[triangles])
         distance = np.linalg.norm(point - place, axis=1)
         distance[np.linalg.norm(flat - rest[i], axis=1) < apart[i]] = np.inf
-        inside = (weights > 0.0).all(axis=1)[:, None]
-        up = np.einsum("mk,mkj->mj", weights, at_vertices[triangles])
-        over = ((point - place) * np.where(inside, normals, up)).sum(axis=1) >= 0.0
+        near = distance < 3.0 * thickness
+        over = np.zeros(len(triangles), dtype=bool)
+        for t in np.flatnonzero(near):
+            over[t] = (point - place[t]) @ facing.at(t, weights[t]) >= 0.0
         for row, side in enumerate((over, ~over)):
-            near = np.where(side, distance, np.inf)
-            gaps[row, i] = near.min() - thickness
+            gaps[row, i] = np.where(near & side, distance, np.inf).min() - thickness
     return gaps
 
 

@@ -311,7 +311,6 @@ steps = 2
 
 
 def test_values_of_the_card_reach_the_run(tmp_path):
-    pytest.importorskip("tomli_w")
     for job, warp in zip(
         jobs(write_study(tmp_path, FABRIC), tmp_path / "out"), (40e3, 50e3), strict=True
     ):

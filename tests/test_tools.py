@@ -9,7 +9,7 @@ import trimesh
 from warpdrape import Ply, Scene
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.errors import InputError
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.profile import Arc, Line, extrude, revolve
 from warpdrape.tools.tool import Tool
 

@@ -17,7 +17,7 @@ from test_engine import small_press
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results import usd
 from warpdrape.results.shading import ply_normals, tool_normals
-from warpdrape.results.usd import PlyShape, ToolShape, UsdWriter
+from warpdrape.results.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
 from warpdrape.results.usd_stage import TIME_ATTRIBUTE, shear_color
 
 
@@ -286,6 +286,24 @@ def test_frames_that_come_fast_are_saved_together(tmp_path, monkeypatch):
     stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
     points = UsdGeom.Mesh(stage.GetPrimAtPath("/World/plies/ply_1")).GetPointsAttr()
     assert points.GetTimeSamples() == list(range(8))
+
+
+def test_saving_as_it_goes_takes_little_room(tmp_path, monkeypatch):
+    """Each save leaves an index of all frames so far behind: all saved, 2.5 times the file."""
+    chance, sizes, saves, save = np.random.default_rng(0), [], [], Sdf.Layer.Save
+    monkeypatch.setattr(Sdf.Layer, "Save", lambda layer: saves.append(1) or save(layer))
+    points, triangles = chance.random((60, 3)), chance.integers(0, 60, (100, 3))
+    monkeypatch.setattr(usd, "_PAGE_BYTES", 0)
+    for every in (0.0, 1e9):
+        monkeypatch.setattr(usd, "SAVE_EVERY", every)
+        path = tmp_path / f"{every:.0f}.usdc"
+        with UsdWriter(path, [PlyShape("ply_0", points, triangles)]) as writer:
+            for k in range(200):
+                values = chance.random((5, 100))
+                directions = chance.random((2, 100, 3))
+                writer.write(k, 0.01 * k, [PlyFrame(chance.random((60, 3)), *directions, *values)])
+        sizes.append(path.stat().st_size)
+    assert len(saves) > 15 and sizes[1] < sizes[0] < 1.06 * sizes[1]
 
 
 def test_a_disk_that_fills_at_the_end_is_a_failed_run(tmp_path, monkeypatch):

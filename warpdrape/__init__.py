@@ -13,6 +13,7 @@ from warpdrape import units  # noqa: E402
 if TYPE_CHECKING:
     from warpdrape.blanks.ply import Ply, lay_up, stack_top
     from warpdrape.defects.alignment import WantedDirection
+    from warpdrape.defects.limits import Limits
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.errors import InputError, RunFailed
     from warpdrape.fishnet.darts import suggest_darts
@@ -21,16 +22,20 @@ if TYPE_CHECKING:
     from warpdrape.fishnet.several import drape_fishnets
     from warpdrape.materials.bending import Bending, BendingCurve
     from warpdrape.materials.compaction import Compaction
+    from warpdrape.materials.crossover import Crossover
     from warpdrape.materials.fabric import Fabric
     from warpdrape.materials.friction import Friction
     from warpdrape.materials.friction_file import load_friction
+    from warpdrape.materials.matrix import Heat, Matrix
     from warpdrape.numerics import Numerics
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
-    from warpdrape.tools.motion import Float, Path, Stages, Still, Stroke
+    from warpdrape.tools.floating import Float
+    from warpdrape.tools.motion import Path, Stages, Still, Stroke
+    from warpdrape.tools.mould import Mould
     from warpdrape.tools.pressure import Pressure
     from warpdrape.tools.spring import Spring
     from warpdrape.tools.tool import Tool
@@ -41,11 +46,16 @@ __all__ = [
     "BendingCurve",
     "Clamp",
     "Compaction",
+    "Crossover",
     "DefectThresholds",
     "Fabric",
     "Float",
     "Friction",
+    "Heat",
     "InputError",
+    "Limits",
+    "Matrix",
+    "Mould",
     "Numerics",
     "Path",
     "Ply",
@@ -77,11 +87,16 @@ _HOME = {
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",
     "Clamp": "setup",
+    "Crossover": "materials.crossover",
     "DefectThresholds": "defects.thresholds",
     "Fabric": "materials.fabric",
-    "Float": "tools.motion",
+    "Float": "tools.floating",
     "Friction": "materials.friction",
+    "Heat": "materials.matrix",
     "InputError": "errors",
+    "Matrix": "materials.matrix",
+    "Limits": "defects.limits",
+    "Mould": "tools.mould",
     "Numerics": "numerics",
     "Path": "tools.motion",
     "Ply": "blanks.ply",

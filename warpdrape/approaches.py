@@ -13,11 +13,14 @@ if TYPE_CHECKING:
 
 SEMI_DISCRETE = "semi_discrete"
 """The default: explicit dynamics of triangles of woven cells."""
+SLIDING_YARNS = "sliding_yarns"
+"""Needs a card that says how yarns slide, which few do."""
 APPROACHES = {
     SEMI_DISCRETE: "warpdrape.simulation",
     "green_naghdi": "warpdrape.simulation",
     "fibre_frame": "warpdrape.simulation",
     "yarns": "warpdrape.simulation",
+    SLIDING_YARNS: "warpdrape.simulation",
     "fishnet": "warpdrape.fishnet_run",
 }
 """Name → module whose ``run_scene`` computes a scene; it is imported when it is used.

@@ -16,10 +16,10 @@ _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 @dataclass(frozen=True)
 class Cadence:
-    """When a checkpoint is due; always at a frame.
+    """When a checkpoint is due, at a frame or between two blocks of steps.
 
     Attributes:
-        frames: from one to the next, None for any.
+        frames: from one to the next, all of them at frames; None for any.
         seconds: likewise [s].
         share: most of the time that they may take [-], None for any.
     """
@@ -28,16 +28,16 @@ class Cadence:
     seconds: float | None = None
     share: float | None = None
 
-    def due(self, frame: int, since: float, cost: float) -> bool:
-        """Whether one is due at a frame.
+    def due(self, frame: int | None, since: float, cost: float) -> bool:
+        """Whether one is due.
 
         Args:
-            frame: its number.
+            frame: number of the one just recorded, None between frames.
             since: time since the last one [s], infinite before the first.
             cost: what that took [s].
         """
         if self.frames is not None:
-            return frame % self.frames == 0 or math.isinf(since)
+            return frame is not None and (frame % self.frames == 0 or math.isinf(since))
         if self.seconds is not None:
             return since >= self.seconds
         return since * self.share >= cost

@@ -104,12 +104,12 @@ def _ended(result: Result) -> int:
 
 
 def _scenes(arguments: argparse.Namespace) -> int:
-    from warpdrape.commands.scene_library import bundled_scenes, describe_scene, find_script
+    from warpdrape.commands.scene_library import bundled_scenes, describe_scene, find_typed
 
     if arguments.scene is None:
         _print_list(bundled_scenes())
     else:
-        print(describe_scene(find_script(arguments.scene)))
+        print(describe_scene(find_typed(arguments.scene)))
     return DONE
 
 
@@ -187,15 +187,16 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _judge(arguments: argparse.Namespace) -> int:
-    from warpdrape.results.judgement import judge, not_judged, verdict
+    from warpdrape.defects.limits import read_limits
+    from warpdrape.results.judgement import judge, limits_of, not_judged, verdict
     from warpdrape.results.judgement_picture import draw_judgement
-    from warpdrape.results.limits import Limits, read_limits
     from warpdrape.results.run_folder import JUDGEMENT
     from warpdrape.results.run_tables import read_history, read_summary
 
-    limits = Limits() if arguments.limits is None else read_limits(arguments.limits)
+    given = None if arguments.limits is None else read_limits(arguments.limits)
     folder = Path(arguments.run)
     summary = read_summary(folder)
+    limits = limits_of(folder) if given is None else given
     if summary["status"] != "completed":
         return _complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
     faults = judge(summary, read_history(folder), limits)
@@ -238,8 +239,40 @@ def _calibrate(arguments: argparse.Namespace) -> int:
     return DONE
 
 
+def _unit_cell(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.unit_cell.command import run_unit_cell
+    print(
+        run_unit_cell(
+            arguments.weave,
+            arguments.out,
+            arguments.settings,
+            dry=arguments.dry,
+            overwrite=arguments.overwrite,
+            say=(lambda _: None) if arguments.quiet else _say,
+        )
+    )
+    return DONE
+
+
 def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
+
+
+def _new(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.writing import new
+
+    new(arguments)
+    return DONE
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.checking import check
+
+    check(arguments)
+    return DONE
 
 
 def _study(arguments: argparse.Namespace) -> int:
@@ -249,6 +282,16 @@ def _study(arguments: argparse.Namespace) -> int:
         from warpdrape.studies.command import study
 
     why = study(arguments)
+    return _complain(why, FAILED) if why else DONE
+
+
+def _optimise(arguments: argparse.Namespace) -> int:
+    from warpdrape.commands.interrupts import interrupt_kept
+
+    with interrupt_kept():
+        from warpdrape.optimisation.command import optimise
+
+    why = optimise(arguments)
     return _complain(why, FAILED) if why else DONE
 
 
@@ -285,6 +328,8 @@ def _info(_: argparse.Namespace) -> int:
 
 
 _COMMANDS = {
+    "new": _new,
+    "check": _check,
     "run": _run,
     "resume": _resume,
     "compare": _compare,
@@ -295,7 +340,9 @@ _COMMANDS = {
     "judge": _judge,
     "report": _report,
     "calibrate": _calibrate,
+    "unit_cell": _unit_cell,
     "study": _study,
+    "optimise": _optimise,
     "verify": _verify,
     "info": _info,
 }

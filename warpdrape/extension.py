@@ -13,7 +13,7 @@ from warpdrape.errors import InputError
 from warpdrape.forces.pressure import along_normals
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, peak_speed
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import rotation
 from warpdrape.tools.tool import Tool
 
@@ -33,8 +33,13 @@ def longer(scene: Setup, frames: int | None, earlier: Restart) -> tuple[Setup, T
         earlier: the run.
 
     Raises:
-        InputError: if it is no longer than the run.
+        InputError: if it is no longer than the run, or that was cut off between frames.
     """
+    if earlier.clock.left:
+        raise InputError(
+            f"{earlier.folder} was cut off between frames {earlier.frame} and {earlier.frame + 1}: "
+            "let it come to its end first, without extend"
+        )
     each = earlier.duration / earlier.timing.frames
     needed = math.ceil(scene.duration / each - 1e-6)
     total = max(needed, frames or 0)

@@ -95,7 +95,7 @@ def _begin(scene: Setup, folder: RunFolder) -> dict[str, Any]:
     return record
 
 
-def _unseen(scene: Setup) -> list[str]:
+def unseen(scene: Setup) -> list[str]:
     """Warning of what acts on the plies and is nothing to a net."""
     kinds = {"clamps": scene.clamps, "pressures": scene.pressures, "springs": scene.springs}
     found = [
@@ -209,7 +209,7 @@ def _summary(
     wall: float,
 ) -> dict[str, Any]:
     """Everything of ``summary.json``; None where a net has no such quantity."""
-    warnings = _unseen(scene)
+    warnings = unseen(scene)
     for ply, each in zip(scene.plies, draped, strict=True):
         left = len(each.triangles) - len(ply.mesh.triangles)
         if left:

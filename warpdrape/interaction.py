@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import warp as wp
 
-from warpdrape.state import ClampState, LoadState, PlyState, State, ToolState
+from warpdrape.state import ClampState, HeatState, LoadState, PlyState, State, ToolState
 
 
 @dataclass(frozen=True)
@@ -117,18 +117,19 @@ class Launches:
 
 
 class Bodies(NamedTuple):
-    """What interactions read and push: plies, tools, clamps, loads, as a part has them."""
+    """What interactions read and push, as a part has it; heat is None where no ply cools."""
 
     plies: PlyState
     tools: ToolState
     clamps: ClampState
     loads: LoadState
     step: wp.array
+    heat: HeatState | None
 
 
 def bodies_of(state: State) -> Bodies:
     """Those of a state."""
-    return Bodies(state.plies, state.tools, state.clamps, state.loads, state.step)
+    return Bodies(state.plies, state.tools, state.clamps, state.loads, state.step, state.heat)
 
 
 @dataclass(frozen=True, eq=False)

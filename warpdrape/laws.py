@@ -10,13 +10,19 @@ from warpdrape.materials.laws import (
     ShearTable,
     TabulatedTension,
 )
+from warpdrape.materials.viscosity import WLF, Arrhenius, Cross, Newtonian, PowerLaw
 
 __all__ = [
+    "WLF",
+    "Arrhenius",
     "CrimpInterchange",
+    "Cross",
     "IsotropicMembrane",
     "LinearTension",
     "MooneyRivlin",
+    "Newtonian",
     "NoShear",
+    "PowerLaw",
     "ShearPolynomial",
     "ShearTable",
     "TabulatedTension",

@@ -151,7 +151,10 @@ class Recorder:
             return self._usd.mark(), self._history.mark()
 
     def look_again(self, state: State) -> None:
-        """Take the last good frame from a state that was put back."""
+        """Take the last good frame from a state that was put back.
+
+        Between frames that is the state itself: what a run has that fails before its next frame.
+        """
         self._keep(state, measure(self._model, state))
 
     def _keep(self, state: State, measured: tuple[Measured, ...]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from warpdrape.dynamics.loading import Clock, Loading
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.moving_arrays import moving_arrays, read_bytes, write_bytes
 from warpdrape.dynamics.stepping import Stepper, refit
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.recorder import Recorder, Tally
 from warpdrape.results.checkpoint_file import (
     Checkpoint,
@@ -46,7 +47,7 @@ class Restart:
 
     Attributes:
         folder: the run's.
-        frame: the last one.
+        frame: the last one before it.
         blocks: of steps done.
         timing: the steps.
         clock: of the motions.
@@ -198,14 +199,36 @@ class Keeper:
         final = frame == self._model.timing.frames
         if final or self._cadence.due(frame, now - self._taken_at, self._cost):
             self.take(frame, small=final)
-            self._taken_at = time.perf_counter()
-            self._cost = self._taken_at - now
+            self._took(now)
 
-    def take(self, frame: int, *, small: bool = False) -> None:
-        """Keep a checkpoint at a frame just recorded.
+    def between(self, frame: int, *, stopping: bool) -> None:
+        """Keep a checkpoint between two blocks of steps if one is due, or the run is about to end.
 
         Args:
-            frame: its number.
+            frame: number of the last one.
+            stopping: whether a signal asks the run to end: what was last kept stands then if the
+                disk refuses.
+
+        Raises:
+            RunFailed: when the disk refuses.
+        """
+        now = time.perf_counter()
+        if stopping:
+            with suppress(RunFailed):
+                self.take(frame)
+        elif self._cadence.due(None, now - self._taken_at, self._cost):
+            self.take(frame)
+            self._took(now)
+
+    def _took(self, begun: float) -> None:
+        self._taken_at = time.perf_counter()
+        self._cost = self._taken_at - begun
+
+    def take(self, frame: int, *, small: bool = False) -> None:
+        """Keep a checkpoint of the run as it is.
+
+        Args:
+            frame: number of the last one recorded.
             small: whether to take time to compress it.
 
         Raises:

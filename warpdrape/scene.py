@@ -30,12 +30,13 @@ class Scene(Setup):
         ply_friction: between plies, likewise; or one for each pair of their fabrics, such as
             ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
         process_duration: time that the press takes for what is simulated in ``duration`` [s]; for
-            friction that depends on speed.
+            friction that depends on speed, and plies with a viscous matrix: their clock is this.
         self_contact: whether the folds of plies that bend are held apart, with the friction of
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].
         numerics: how it is computed.
         defects: from which size on something counts as a defect.
+        limits: the most that the part may have of each, for ``warpdrape judge``; None for its own.
         wanted: directions that yarns should have, against which misalignment is reported.
         approach: by which it is computed: "semi_discrete"; with stress as a state in the frame
             "green_naghdi" or "fibre_frame"; "yarns" for chains of bars; or "fishnet" for a net on

@@ -13,12 +13,14 @@ import numpy as np
 from warpdrape.approaches import APPROACHES, SEMI_DISCRETE
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
+from warpdrape.defects.limits import Limits
 from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.chosen import Chosen, chosen_vertices
-from warpdrape.tools.motion import Motion, Prescribed, Still, vector
+from warpdrape.tools.floating import Motion
+from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
@@ -53,6 +55,8 @@ class Clamp:
             dW/dδ by the clamp's work W are reported in their place.
         slope: "held": the ply leaves the clamp in its direction; "free": it may turn there, as on
             a hinge. Matters to plies that resist bending.
+        yarns: "held": yarns are gripped where the clamp holds their crossovers; "free": they slide
+            through these as through others. Matters to approach = "sliding_yarns".
     """
 
     name: str
@@ -63,6 +67,7 @@ class Clamp:
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None
     slope: str = "held"
+    yarns: str = "held"
 
     __repr__ = brief
 
@@ -75,6 +80,7 @@ class Clamp:
             )
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
+        one_of(f"yarns of clamp {self.name!r}", self.yarns, ("held", "free"))
 
     def vertices(self, points: np.ndarray) -> np.ndarray:
         """Indices of the held vertices among flat points [m], shape [n, 3]."""
@@ -99,6 +105,7 @@ class Setup:
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
     defects: DefectThresholds = field(default_factory=DefectThresholds)
+    limits: Limits | None = None
     wanted: Sequence[WantedDirection] = ()
     approach: str = SEMI_DISCRETE
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -128,6 +135,8 @@ class Setup:
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         if not isinstance(self.defects, DefectThresholds):
             raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
+        if not isinstance(self.limits, Limits | None):
+            raise InputError(f"limits = {said(self.limits)} must be warpdrape.Limits")
         held: list[Clamp | Pressure | Spring] = [*self.clamps, *self.pressures, *self.springs]
         acting_names = [thing.name for thing in self.tools] + [thing.name for thing in held]
         ply_names = [ply.name for ply in self.plies]
@@ -142,6 +151,7 @@ class Setup:
             self.friction_between(one, other)
         for ply in filter(self.touches_itself, self.plies):
             self.friction_between(ply, ply)
+        self._check_process()
         self._check_friction()
         _refuse_other_units(self.plies, self.tools)
         for thing in held:
@@ -172,6 +182,45 @@ class Setup:
         interfaces += [self.friction_between(ply, ply) for ply in touching]
         return tuple({id(law): law for law in interfaces if law.varies}.values())
 
+    @property
+    def pace(self) -> float:
+        """Rates in the process over those of the simulation [-]."""
+        return 1.0 if self.process_duration is None else self.duration / self.process_duration
+
+    def process_time(self, time: np.ndarray) -> np.ndarray:
+        """Time of the process [s] at times of the motions [s]."""
+        return time / self.pace
+
+    def cools(self, ply: Ply) -> bool:
+        """Whether a ply's temperature changes: its card says how, and some tool has one."""
+        matrix = ply.fabric.matrix
+        holds = matrix is not None and matrix.heat is not None
+        return holds and any(tool.temperature is not None for tool in self.tools)
+
+    def _check_process(self) -> None:
+        """Raise `InputError` where a viscous matrix lacks what it depends on, or is not known."""
+        if self.process_duration is not None:
+            positive("process_duration", self.process_duration, unit="s")
+        wet = [ply for ply in self.plies if ply.fabric.matrix is not None]
+        for tool in self.tools:
+            if tool.temperature is not None and not any(map(self.cools, wet)):
+                raise InputError(
+                    f"tool {tool.name!r}: temperature = {tool.temperature:g} K is of no use: no "
+                    "ply's fabric has a matrix with heat; leave it out, or give matrix.heat"
+                )
+        if not wet or self.approach == "fishnet":  # a net knows no forces
+            return
+        who = f"ply {wet[0].name!r} has a viscous matrix"
+        if self.process_duration is None:
+            raise InputError(
+                f"{who} and needs process_duration = …, the time [s] that the press takes for what "
+                f"is simulated in {self.duration:g} s: it resists by the rates of the press"
+            )
+        if self.approach == "yarns":
+            raise InputError(f"{who}, which approach = 'yarns' does not know: take 'semi_discrete'")
+        if self.numerics.mass_scaling == "selective":
+            raise InputError(f"{who}, which mass_scaling = 'selective' does not know: take 'plain'")
+
     def _check_friction(self) -> None:
         """Raise `InputError` where a friction law lacks what it depends on."""
         for tool in self.tools:
@@ -180,8 +229,6 @@ class Setup:
                     f"friction of tool {tool.name!r} has by_angle, the angle between the yarns of "
                     "two plies: a tool has no yarns; leave it out"
                 )
-        if self.process_duration is not None:
-            positive("process_duration", self.process_duration, unit="s")
         if not any(law.has_speed for law in self.friction_laws):
             return
         if self.process_duration is None:

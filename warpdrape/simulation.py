@@ -103,6 +103,28 @@ def _folder(
     return RunFolder.of_run(resume)
 
 
+def prepare(scene: Setup, device: str, frames: int) -> tuple[Model, State]:
+    """Check everything that must hold before the first step; return the model and its state.
+
+    Args:
+        scene: what is computed.
+        device: "cpu" or "cuda:0".
+        frames: after the first.
+
+    Raises:
+        InputError: naming what cannot be run.
+    """
+    check_sheets(scene)
+    check_tools(scene)
+    check_clamps(scene)
+    check_loading(scene)
+    model = build_model(scene, device, frames)
+    check_steps(model)
+    state = initial_state(model)
+    check_contacts(model, state)
+    return model, state
+
+
 def _prepare(
     scene: Setup,
     device: str,
@@ -113,15 +135,7 @@ def _prepare(
 ) -> tuple[Model, State]:
     """Check everything, and build the model and its state at the start."""
     if earlier is None:
-        check_sheets(scene)
-        check_tools(scene)
-        check_clamps(scene)
-        check_loading(scene)
-        model = build_model(scene, device, frames or FRAMES)
-        check_steps(model)
-        state = initial_state(model)
-        check_contacts(model, state)
-        return model, state
+        return prepare(scene, device, frames or FRAMES)
     if extend:
         scene, timing = longer(scene, frames, earlier)
     else:
@@ -163,7 +177,7 @@ class _Run:
             earlier=self.earlier,
         )
         try:
-            begun = (loading.time, self.recorder.steps)
+            begun = (loading.here, self.recorder.steps)
             with Progress(model.scene.duration, quiet=quiet, begun=begun) as self.progress:
                 self._announce(quiet)
                 failure = self._march()
@@ -191,7 +205,7 @@ class _Run:
                 words = ""
                 for frame in range(first + 1, self.model.timing.frames + 1):
                     with self.recorder.profile.timed("stepping"):
-                        self._step_frame(stepper, frame, words)
+                        self._step_frame(stepper, keeper, frame, words)
                     self.recorder.profile.sample(self.state, frame, self.recorder.steps)
                     row = self.recorder.record(self.state, frame)
                     if keeper is not None:
@@ -230,32 +244,39 @@ class _Run:
             keeper.take(self.earlier.frame)
         return self.earlier.frame
 
-    def _step_frame(self, stepper: Stepper, frame: int, words: str) -> None:
-        """Do the steps that lead to a frame.
+    def _step_frame(self, stepper: Stepper, keeper: Keeper | None, frame: int, words: str) -> None:
+        """Do the steps that lead to a frame, or those of them that are left.
 
         Args:
             stepper: does them.
+            keeper: keeps checkpoints between blocks of them, None for none.
             frame: its number.
             words: go with the progress, which is shown between frames too.
 
         Raises:
             RunFailed: if a vertex runs away, or a signal asks the run to end.
         """
-        timing, loading, recorder = self.model.timing, self.loading, self.recorder
-        while not loading.come_to(frame):
-            times = loading.stretch(frame)
-            stepper.begin(times)
-            done = 0
-            for _ in range((len(times) - 1) // timing.search_every):
-                stepper.block()
-                recorder.tally.steps += timing.search_every
-                done += timing.search_every
-                self.progress.update(float(times[done]), words, steps=recorder.steps)
-                vertex = int(self.state.plies.runaway.numpy()[0])
-                if vertex >= 0:
-                    when = recorder.steps * timing.time_step
-                    raise RunFailed(where_it_blew_up(self.model, vertex, when))
+        loading = self.loading
+        while loading.left or not loading.come_to(frame):
+            if not loading.left:
+                stepper.begin(loading.stretch(frame))
+            while loading.left:
+                self._do_block(stepper, words)
+                if not loading.left and loading.limited:
+                    kinetic = kinetic_energy(self.model, self.state)[0]
+                    loading.adapt(kinetic, internal_energy(self.model, self.state))
+                if keeper is not None:
+                    keeper.between(frame - 1, stopping=self.stops.asked)
                 self.stops.check()
-            if loading.limited:
-                kinetic = kinetic_energy(self.model, self.state)[0]
-                loading.adapt(kinetic, internal_energy(self.model, self.state))
+
+    def _do_block(self, stepper: Stepper, words: str) -> None:
+        """Do a block of the steps that have begun; raise `RunFailed` if a vertex runs away."""
+        timing, recorder = self.model.timing, self.recorder
+        stepper.block()
+        recorder.tally.steps += timing.search_every
+        self.loading.did(timing.search_every)
+        self.progress.update(self.loading.here, words, steps=recorder.steps)
+        vertex = int(self.state.plies.runaway.numpy()[0])
+        if vertex >= 0:
+            when = recorder.steps * timing.time_step
+            raise RunFailed(where_it_blew_up(self.model, vertex, when))

@@ -129,10 +129,23 @@ class LoadState:
         pressure: along the plies' normals before the coming steps and after each [Pa],
             shape [load, step + 1].
         damping: mass-proportional rate, likewise [1/s], shape [step + 1].
+        process: time of the process, likewise [s], shape [step + 1].
     """
 
     pressure: wp.array
     damping: wp.array
+    process: wp.array
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class HeatState:
+    """Temperatures of the plies.
+
+    Attributes:
+        temperature: [K], shape [vertex].
+    """
+
+    temperature: wp.array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -144,6 +157,7 @@ class State:
         tools: the tools.
         clamps: the clamps.
         loads: pressures on the plies.
+        heat: temperatures of the plies, None where none cools.
         scaled: momenta of selective mass scaling, None without.
         memory: what each force and contact remembers, in the model's order; None for nothing.
         step: number of the step since the tables of motion began, shape [1].
@@ -153,6 +167,7 @@ class State:
     tools: ToolState
     clamps: ClampState
     loads: LoadState
+    heat: Any
     scaled: Any
     memory: tuple[Any, ...]
     step: wp.array
@@ -212,7 +227,16 @@ def start_loads(scene: Setup, steps: int, device: str) -> LoadState:
     return LoadState(
         pressure=wp.zeros(shape, dtype=wp.float64, device=device),
         damping=wp.zeros(steps + 1, dtype=wp.float64, device=device),
+        process=wp.zeros(steps + 1, dtype=wp.float64, device=device),
     )
+
+
+def start_heat(scene: Setup, device: str) -> HeatState | None:
+    """Temperatures of the plies as they are laid in; None where none cools."""
+    if not any(map(scene.cools, scene.plies)):
+        return None
+    warmth = [np.full(len(ply.mesh.vertices), ply.warmth or 0.0) for ply in scene.plies]
+    return HeatState(wp.array(np.concatenate(warmth), dtype=wp.float64, device=device))
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

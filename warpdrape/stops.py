@@ -31,6 +31,11 @@ class Stops:
         self._asked = ""
         self._before: dict[int, object] = {}
 
+    @property
+    def asked(self) -> bool:
+        """Whether the run is to end."""
+        return bool(self._asked)
+
     def check(self) -> None:
         """Raise `RunFailed` if the run is to end."""
         if self._asked:

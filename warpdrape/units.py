@@ -19,3 +19,10 @@ MPa = 1e6
 GPa = 1e9
 gsm = 1e-3
 """Gram per square metre in kg/m²."""
+FREEZING = 273.15
+"""0 °C in kelvin."""
+
+
+def celsius(degrees: float) -> float:
+    """Kelvin of a temperature in degrees Celsius."""
+    return degrees + FREEZING

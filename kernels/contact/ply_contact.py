@@ -13,6 +13,7 @@ from .facets import (
     NearestFacet,
     PlyFacets,
     ask_for_nearest,
+    facing,
     is_at_border,
     no_facet,
     walk_to_nearest,
@@ -108,7 +109,9 @@ def plane_of(
             plane.normal = wp.normalize(outward + aside / beyond)
             plane.gap = (height + beyond - over - thickness) * wp.dot(plane.normal, outward)
     else:
-        distance = wp.where(height < wp.float64(0.0), -wp.length(offset), wp.length(offset))
+        within = side * wp.dot(offset, facing(facets, nearest, x)) < wp.float64(0.0)
+        distance = wp.where(within, -wp.length(offset), wp.length(offset))
+        plane.height = distance + wp.dot(w, room)
         straight = outward
         if wp.abs(distance) > wp.float64(1.0e-3) * thickness:
             straight = offset / distance

@@ -12,6 +12,7 @@ from .facets import (
     MOST_MOVES,
     NearestFacet,
     PlyFacets,
+    facing,
     is_at_border,
     nearest_on_facet,
     no_facet,
@@ -62,30 +63,6 @@ def is_another_fold(flat: FlatPly, facets: PlyFacets, i: int, there: NearestFace
     at = facets.corners[there.facet]
     place = weighted(there.weights, flat.places[at[0]], flat.places[at[1]], flat.places[at[2]])
     return wp.length_sq(place - flat.places[i]) >= flat.apart[i] * flat.apart[i]
-
-
-@wp.func
-def fan_normal(facets: PlyFacets, vertex: int, x: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
-    """Unit normal at a vertex, weighted by area."""
-    n = wp.vec3d()
-    for k in range(facets.first_of_fan[vertex], facets.first_of_fan[vertex + 1]):
-        at = facets.corners[facets.fans[k]]
-        n += wp.cross(x[at[1]] - x[at[0]], x[at[2]] - x[at[0]])
-    return wp.normalize(n)
-
-
-@wp.func
-def upward(facets: PlyFacets, there: NearestFacet, x: wp.array(dtype=wp.vec3d)) -> wp.vec3d:
-    """Unit normal at a place: the facet's inside it, evened out at its rim."""
-    at = facets.corners[there.facet]
-    w = there.weights
-    n = wp.cross(x[at[1]] - x[at[0]], x[at[2]] - x[at[0]])
-    if wp.min(w) <= wp.float64(0.0):
-        n = wp.vec3d()
-        for corner in range(3):
-            if w[corner] > wp.float64(0.0):
-                n += w[corner] * fan_normal(facets, at[corner], x)
-    return wp.normalize(n)
 
 
 @wp.func
@@ -168,7 +145,7 @@ def touch(
     distance = wp.length(offset)
     if distance > ply.thickness + reach_of(search):
         return
-    outward = side * upward(facets, nearest, x)
+    outward = side * wp.normalize(facing(facets, nearest, x))
     height = wp.dot(offset, outward)
     if is_at_border(facets, nearest):
         beyond = distance * distance - height * height
@@ -279,7 +256,7 @@ def find_self_contacts(
                 over = is_same_place(flat, facets, i, held_above, there)
                 under = is_same_place(flat, facets, i, held_below, there)
                 if over == under:
-                    over = wp.dot(there.offset, upward(facets, there, x)) >= wp.float64(0.0)
+                    over = wp.dot(there.offset, facing(facets, there, x)) >= wp.float64(0.0)
                 if over:
                     if upper.facet < 0 or square < wp.length_sq(upper.offset):
                         upper = there

@@ -10,7 +10,14 @@ vertices' masses: however many they are, they take no more of the step than one 
 import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, contact_traction
-from .facets import PlyFacets, ask_for_nearest, is_at_border, no_facet, walk_to_nearest
+from .facets import (
+    PlyFacets,
+    ask_for_nearest,
+    facing,
+    is_at_border,
+    no_facet,
+    walk_to_nearest,
+)
 from .friction import Rub
 from .on_ply import (
     PlyContact,
@@ -21,7 +28,6 @@ from .on_ply import (
     reach_of,
     settled,
 )
-from .surface import weighted
 from .tool_pose import ToolPoses, out_of_tool, velocity_from
 
 
@@ -86,7 +92,6 @@ def find_features(
     first_slot: int,
     tools: ToolPoses,
     x: wp.array(dtype=wp.vec3d),
-    normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
     springs: wp.array(dtype=wp.vec3d),
     stored: wp.array(dtype=wp.float64),
@@ -109,7 +114,6 @@ def find_features(
         first_slot: of its contacts.
         tools: where they are.
         x: positions [m], shape [vertex].
-        normals: unit vertex normals, shape [vertex].
         hollows: of the vertices, for walks [m], shape [vertex].
         springs: stick springs [m], shape [slot].
         stored: energy of the contact springs after the last step [J], shape [slot].
@@ -146,7 +150,7 @@ def find_features(
     corners = facets.corners[nearest.facet]
     w = nearest.weights
     offset = nearest.offset
-    up = wp.normalize(weighted(w, normals[corners[0]], normals[corners[1]], normals[corners[2]]))
+    up = wp.normalize(facing(facets, nearest, x))
     if side == zero:
         side = wp.where(wp.dot(offset, up) < zero, -wp.float64(1.0), wp.float64(1.0))
     height = side * wp.dot(offset, up)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from warpdrape.cad_file import is_cad
 from warpdrape.errors import SIZES, InputError, numbers, positive
 from warpdrape.mesh_file import fault_of, why_unreadable
 from warpdrape.wording import surface
@@ -245,6 +246,11 @@ def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[Any]]:
 
     if not path.is_file():
         raise InputError(f"mesh file '{path}' does not exist")
+    if is_cad(path):
+        raise InputError(
+            f"mesh file '{path}' has surfaces, not triangles of a size to compute with: draw the "
+            "blank's outline as DXF, for warpdrape.Ply.from_dxf"
+        )
     try:
         mesh = trimesh.load_mesh(path, process=False)
     except Exception as error:  # every reader raises its own kinds

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warpdrape.blanks.drawn import read_outline
+from warpdrape.blanks.dxf_curves import WELD
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.meshing import mesh_outline
 from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
-from warpdrape.errors import InputError, finite, said
+from warpdrape.errors import InputError, finite, length, said
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.materials.viscosity import check_temperature
 from warpdrape.wording import heading, surface
 
 
@@ -29,6 +32,7 @@ class Ply:
         mesh: flat triangles in x, y [m].
         warp_angle: from the x axis to the warp [rad].
         z: height of its mid-surface [m].
+        temperature: at the start [K]; None for that at which its matrix's viscosity is given.
     """
 
     name: str
@@ -36,6 +40,7 @@ class Ply:
     mesh: FlatMesh
     warp_angle: float = 0.0
     z: float = 0.0
+    temperature: float | None = None
 
     if TYPE_CHECKING:  # what is given is wider than what is kept
 
@@ -47,6 +52,7 @@ class Ply:
             mesh: FlatMesh,
             warp_angle: float = 0.0,
             z: float = 0.0,
+            temperature: float | None = None,
         ) -> None: ...
 
     def __repr__(self) -> str:
@@ -72,6 +78,31 @@ class Ply:
                 f"ply {self.name!r}: warp_angle = {self.warp_angle:.4g} rad must lie in ±360°: "
                 "give radians, as in 45 * deg"
             )
+        self._check_temperature()
+
+    def _check_temperature(self) -> None:
+        """Refuse a temperature that nothing asks for, or at which the matrix is solid."""
+        if self.temperature is None:
+            return
+        name, matrix = f"ply {self.name!r}: temperature", self.fabric.matrix
+        if matrix is None or matrix.shift is None:
+            raise InputError(
+                f"{name} = {said(self.temperature)} is of no use: fabric {self.fabric.name!r} has "
+                "no matrix whose viscosity depends on it; leave it out, or give matrix.shift"
+            )
+        lowest = matrix.shift.lowest_temperature
+        if check_temperature(name, self.temperature) < lowest:
+            raise InputError(
+                f"{name} = {self.temperature:g} K is below the lowest of its matrix's data, "
+                f"{lowest:g} K: form it hotter"
+            )
+
+    @property
+    def warmth(self) -> float | None:
+        """Temperature at the start [K]; None where its fabric asks for none."""
+        if self.temperature is not None or self.fabric.matrix is None:
+            return self.temperature
+        return self.fabric.matrix.temperature
 
     @property
     def yarn_directions(self) -> tuple[np.ndarray, np.ndarray]:
@@ -174,6 +205,46 @@ class Ply:
         """
         mesh = FlatMesh.from_file(path, scale=scale)
         return cls(name=name, fabric=fabric, mesh=mesh, warp_angle=warp_angle, z=z)
+
+    @classmethod
+    def from_dxf(
+        cls,
+        name: str,
+        fabric: Fabric | str,
+        path: str | os.PathLike[str],
+        *,
+        edge: float,
+        unit: str | None = None,
+        layer: str | None = None,
+        weld: float = WELD,
+        centre: Sequence[float] | None = None,
+        mesh: str = "aligned",
+        warp_angle: float = 0.0,
+        z: float = 0.0,
+    ) -> Ply:
+        """Make a blank from a drawing: polylines, circles, ellipses, splines, lines and arcs.
+
+        The largest closed curve is the outline, those in it are holes; holes narrower than ``edge``
+        are left out, with a warning. Needs ``warpdrape[dxf]``.
+
+        Args:
+            name: how results call it.
+            fabric: fabric, or the name or file of one.
+            path: the DXF file.
+            edge: mesh size [m].
+            unit: "mm", "cm", "m" or "inch" of a drawing that states none.
+            layer: the one that is read; None reads all.
+            weld: gap between two ends of curves that is closed [m].
+            centre: where the middle of the outline's box comes to lie [m], shape [2]; None leaves
+                it where it is drawn.
+            mesh: as for `rectangle`.
+            warp_angle: from x to the warp [rad].
+            z: height of its mid-surface [m].
+        """
+        size = length("edge", edge)
+        outline = read_outline(path, unit=unit, layer=layer, weld=weld).without_small_holes(size)
+        outline = outline if centre is None else outline.centred(centre)
+        return cls._meshed(name, fabric, outline, None, size, mesh, warp_angle, z)
 
     @classmethod
     def _meshed(cls, name, fabric, outline, cells, edge, mesh, warp_angle, z) -> Ply:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warpdrape.calibration.bands import DRAWS
-from warpdrape.calibration.card_file import card_text, fabric_of, write_card
+from warpdrape.calibration.card_file import card_place, fabric_of, write_card
 from warpdrape.calibration.card_tables import card_tables, source_of
 from warpdrape.calibration.coupons import CouponRun, run_coupons
 from warpdrape.calibration.fits import Fits, fit_all
@@ -24,6 +24,7 @@ from warpdrape.calibration.report import (
 )
 from warpdrape.calibration.tests_file import Plan, read_plan
 from warpdrape.errors import InputError
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.friction import TABLES
 from warpdrape.results.run_folder import write_whole
@@ -125,7 +126,7 @@ def run_calibration(
     """
     if draws < 20:
         raise InputError(f"--draws {draws} is too few for a band: give 20 or more")
-    path = None if dry else _place(out, overwrite)
+    path = None if dry else card_place(out, overwrite)
     plan = read_plan(tests)
     _check_names(plan)
     if path is None:
@@ -134,20 +135,6 @@ def run_calibration(
     folder = path.with_name(f"{path.stem}_calibration")
     files = _write(found, path, folder)
     return f"{found.report()}\n\n{files}"
-
-
-def _place(out: str | os.PathLike[str] | None, overwrite: bool) -> Path:
-    """Where the card goes, before anything is computed."""
-    if out is None:
-        raise InputError("give --out FABRIC.toml for the card, or --dry to see what is understood")
-    path = Path(out)
-    if path.suffix != ".toml":
-        raise InputError(f"--out {path} must end in .toml, as fabrics do")
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError(f"--out {path}: give a file in a folder that exists")
-    if path.exists() and not overwrite:
-        raise InputError(f"--out {path} is there already: give --overwrite to replace it")
-    return path
 
 
 def _check_names(plan: Plan) -> None:

@@ -1,8 +1,8 @@
-"""Fabric cards as files: tables of values with unit, status and source, written as TOML."""
+"""Cards that tests give: measured values, drafts read as fabrics, and the file put in place."""
 
 from __future__ import annotations
 
-import json
+import os
 import tempfile
 import warnings
 from collections.abc import Mapping
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.errors import InputError
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.results.run_folder import write_whole
@@ -26,45 +27,12 @@ PLACEHOLDER = {
 """Tension of a draft whose tests will tell it."""
 
 
-def quantity(value: Any, unit: str, source: str, doubt: str = "") -> dict[str, Any]:
-    """A measured value as a card has it, rounded to ``DIGITS`` digits."""
-    table = {"value": _rounded(value), "unit": unit, "status": "measured", "source": source}
+def quantity(
+    value: Any, unit: str, source: str, doubt: str = "", status: str = "measured"
+) -> dict[str, Any]:
+    """A value as a card has it, rounded to ``DIGITS`` digits."""
+    table = {"value": _rounded(value), "unit": unit, "status": status, "source": source}
     return {**table, "doubt": doubt} if doubt else table
-
-
-def card_text(tables: Mapping[str, Any], first: str = "") -> str:
-    """A card as TOML.
-
-    Args:
-        tables: texts, lists, tables of values, and tables of such tables.
-        first: comment at its head.
-    """
-    lines = [f"# {line}" for line in first.splitlines()]
-    plain = {k: v for k, v in tables.items() if not isinstance(v, Mapping)}
-    lines += [f"{key} = {_toml(value)}" for key, value in plain.items()]
-    for key, table in tables.items():
-        if isinstance(table, Mapping):
-            lines += _table(key, table)
-    return "\n".join(lines) + "\n"
-
-
-def _table(path: str, table: Mapping[str, Any]) -> list[str]:
-    plain = {k: v for k, v in table.items() if not isinstance(v, Mapping)}
-    lines = ["", f"[{path}]", *(f"{key} = {_toml(value)}" for key, value in plain.items())]
-    for key, inner in table.items():
-        if isinstance(inner, Mapping):
-            lines += _table(f"{path}.{key}", inner)
-    return lines
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list | tuple | np.ndarray):
-        return "[" + ", ".join(_toml(v) for v in value) + "]"
-    return repr(value.item() if isinstance(value, np.generic) else value)
 
 
 def _rounded(value: Any) -> Any:
@@ -98,6 +66,24 @@ def fabric_of(text: str, named: str) -> Fabric:
         except InputError as error:
             words = str(error).partition(": ")[2] or str(error)
             raise InputError(f"{named}: {words}") from error
+
+
+def card_place(out: str | os.PathLike[str] | None, overwrite: bool) -> Path:
+    """Where a new card goes, before anything is computed.
+
+    Raises:
+        InputError: nowhere, or where it cannot or must not be written.
+    """
+    if out is None:
+        raise InputError("give --out FABRIC.toml for the card, or --dry to see what is understood")
+    path = Path(out)
+    if path.suffix != ".toml":
+        raise InputError(f"--out {path} must end in .toml, as fabrics do")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"--out {path}: give a file in a folder that exists")
+    if path.exists() and not overwrite:
+        raise InputError(f"--out {path} is there already: give --overwrite to replace it")
+    return path
 
 
 def write_card(path: Path, text: str) -> None:

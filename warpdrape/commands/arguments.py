@@ -32,6 +32,8 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"warpdrape {_version()}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    _add_new(commands)
+    _add_check(commands)
     _add_run(commands)
     _add_resume(commands)
     _add_compare(commands)
@@ -45,7 +47,9 @@ def build_parser() -> argparse.ArgumentParser:
     _add_judge(commands)
     _add_report(commands)
     _add_calibrate(commands)
+    _add_unit_cell(commands)
     _add_study(commands)
+    _add_optimise(commands)
     verify = _add(commands, "verify", "check results against closed forms, and print a table")
     verify.add_argument("--quick", action="store_true", help="coarse meshes: less than a minute")
     verify.add_argument(
@@ -73,6 +77,64 @@ def _add(commands: Any, name: str, words: str, epilog: str = "") -> argparse.Arg
     )
     command.add_argument("-q", "--quiet", action="store_true", help=quiet)
     return command
+
+
+def _add_new(commands: Any) -> None:
+    new = _add(
+        commands,
+        "new",
+        "write a commented scene script for your own part",
+        "What is not given is asked for on a terminal, and elsewhere taken by default. "
+        "Then: warpdrape check NAME.py, warpdrape run NAME.py.",
+    )
+    new.add_argument("name", metavar="NAME", help="of the scene; NAME.py is written")
+    new.add_argument(
+        "--mould", metavar="FILE", help="STEP or IGES, or STL, OBJ, PLY, OFF, GLB with --units"
+    )
+    new.add_argument("--units", metavar="UNIT", help="of files that state none: mm, cm, m or inch")
+    new.add_argument(
+        "--up", metavar="AXIS", default="z", help="the file's direction that is up: z, -z, x, …"
+    )
+    new.add_argument(
+        "--kind", metavar="KIND", help="female or male; if not given, what the mould looks like"
+    )
+    new.add_argument(
+        "--blank",
+        metavar="BLANK",
+        help="a .dxf, or a size such as 300x200mm; if not given, as large as the mould",
+    )
+    new.add_argument(
+        "--layer", metavar="LAYER", help="of the .dxf that holds the blank, if it has several"
+    )
+    new.add_argument(
+        "--angles", metavar="A,B,…", help="of the warp of each ply, from the bottom up [deg]"
+    )
+    new.add_argument("--fabric", metavar="NAME", help="a name, or a .toml file")
+    new.add_argument(
+        "--holder", metavar="FORCE", help="of the blank holder, such as 200N; 0 for no holder"
+    )
+
+
+def _add_check(commands: Any) -> None:
+    check = _add(
+        commands,
+        "check",
+        "say what a scene will do, and draw it, without running it",
+        "Makes the checks of a run's start. Exit status: 0 it would run, 2 the input cannot be "
+        "used.",
+    )
+    _add_scene(check)
+    check.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help="a parameter of the scene, in SI units; may be repeated",
+    )
+    check.add_argument("--out", metavar="FILE", help="the picture; SCENE_check.png if not given")
+    check.add_argument("--device", default="cpu", help="cpu (the default) or cuda:0")
+    check.add_argument("--frames", metavar="N", default="60", help="as for run; 60 if not given")
 
 
 def _add_run(commands: Any) -> None:
@@ -171,7 +233,7 @@ def _add_how(command: argparse.ArgumentParser) -> None:
         metavar="EVERY",
         default="auto",
         help="keep one every so many frames (5) or seconds (60s), or none; if not given, as often "
-        "as it takes less than a hundredth of the time",
+        "as it takes less than a hundredth of the time; another when a signal ends the run",
     )
 
 
@@ -233,8 +295,8 @@ def _add_judge(commands: Any) -> None:
         "limits",
         metavar="LIMITS",
         nargs="?",
-        help="a .toml file with limits; if not given: no wrinkle, no bridge, nothing past locking "
-        "or failure",
+        help="a .toml file with limits; if not given those of the scene, and where it has none: no "
+        "wrinkle, no bridge, nothing past locking or failure",
     )
     judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
 
@@ -285,6 +347,35 @@ def _add_calibrate(commands: Any) -> None:
     calibrate.add_argument("--overwrite", action="store_true", help="replace the card")
 
 
+def _add_unit_cell(commands: Any) -> None:
+    cell = _add(
+        commands,
+        "unit_cell",
+        "make a fabric's card from its weave: a unit cell of yarns in contact, pulled and sheared",
+        "Exit status: 0 done, 1 the cell finds no rest, 2 the input cannot be used.",
+    )
+    cell.add_argument(
+        "weave",
+        metavar="WEAVE",
+        help="plain, twill or satin, or a .toml file with the cell's values",
+    )
+    cell.add_argument(
+        "--out",
+        metavar="FABRIC",
+        help="the card's .toml; pictures, curves and record go to FABRIC_unit_cell beside it",
+    )
+    cell.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        dest="settings",
+        help='a value of the cell with its unit, as width="4.2 mm"; may be repeated',
+    )
+    cell.add_argument("--dry", action="store_true", help="say what was understood, and stop")
+    cell.add_argument("--overwrite", action="store_true", help="replace the card")
+
+
 def _add_export(commands: Any) -> None:
     known = "; ".join(f"{name}: {each.words}" for name, each in FORMATS.items())
     export = _add(commands, "export", "write a run in the format of another program", known)
@@ -327,6 +418,24 @@ def _add_study(commands: Any) -> None:
         "Started again, it runs only what is missing. Exit status: 0 all runs have ended, failed "
         "ones among them too; 1 it was interrupted, or none completed; 2 the input cannot be used.",
     )
+    _add_study_options(study)
+
+
+def _add_optimise(commands: Any) -> None:
+    optimise = _add(
+        commands,
+        "optimise",
+        "look for the settings of a scene that are best, beside random ones of equal cost",
+        "Started again, it runs only what is missing. Exit status: 0 all runs have ended, failed "
+        "ones among them too; 1 it was interrupted, or none completed; 2 the input cannot be used.",
+    )
+    _add_study_options(optimise)
+    optimise.add_argument(
+        "--seed", metavar="N", help="of what is random, in place of the file's; give --out too"
+    )
+
+
+def _add_study_options(study: argparse.ArgumentParser) -> None:
     study.add_argument("study", metavar="STUDY", help="a .toml file")
     study.add_argument("--out", metavar="DIR", help=f"folder; {OUT}/NAME if not given")
     study.add_argument("--workers", metavar="N", help="processes here; one a core if not given")

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warpdrape.approaches import APPROACHES
+from warpdrape.approaches import APPROACHES, SLIDING_YARNS
 from warpdrape.commands.arguments import OUT, whole
 from warpdrape.commands.interrupts import interrupt_kept
 from warpdrape.commands.running import announce_compiling, start_for_runs
@@ -48,6 +48,7 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
     plies = [ply.name for ply in scenes[0].plies]
     ply = plies[0] if arguments.ply is None else one_of("ply", arguments.ply, plies)
     finished = _finished(folder, built, options, arguments.overwrite)
+    _remove_comparison(folder)
     runs = _run_all(folder, built, finished, arguments, options)
     if any(run.completed for run in runs):
         _conclude(runs, plies, ply, folder, arguments.report)
@@ -55,13 +56,15 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
 
 
 def read_approaches(text: str | None) -> list[str]:
-    """Names of approaches with commas between them; all where none is given.
+    """Names of approaches with commas between them.
+
+    Where none is given all but the one that most cards have no values for.
 
     Raises:
         InputError: if one is unknown, or given twice.
     """
     if text is None:
-        return list(APPROACHES)
+        return [name for name in APPROACHES if name != SLIDING_YARNS]
     names = [one_of("approach", name.strip(), APPROACHES) for name in text.split(",")]
     twice = [name for name in names if names.count(name) > 1]
     if twice:
@@ -117,6 +120,21 @@ def _finished(
                 f"{place} holds {differs}: give --overwrite to replace it, or another --out"
             )
     return found
+
+
+def _remove_comparison(folder: Path) -> None:
+    """Remove what was written of other runs, or of fewer: not all of it is written each time."""
+    from warpdrape.results.comparison import COMPARISON_TABLE
+    from warpdrape.results.comparison_picture import COMPARISON_PICTURE
+
+    for name in (COMPARISON_TABLE, COMPARISON_PICTURE, PAGE):
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{folder / name} cannot be replaced ({error.strerror}): close what uses it, or "
+                "give another --out"
+            ) from error
 
 
 def _run_all(

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.tools.motion import Float, Motion, Path, Stages, Stroke
+from warpdrape.tools.floating import Float, Motion
+from warpdrape.tools.motion import Path, Stages, Stroke
 
 if TYPE_CHECKING:
     from warpdrape.commands.resuming import Begun

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def run(arguments: argparse.Namespace) -> Result:
     """Run a scene from its start."""
     from warpdrape.cadence import read_cadence
-    from warpdrape.commands.scene_library import find_script
+    from warpdrape.commands.scene_library import find_typed
     from warpdrape.results.run_folder import RunFolder
 
     frames = whole("--frames", arguments.frames, least=1)
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> Result:
         threads = whole("--threads", arguments.threads, least=1)
     read_cadence(arguments.checkpoint)
     with interrupt_kept():
-        script = find_script(arguments.scene)
+        script = find_typed(arguments.scene)
         script.read_settings(arguments.settings)  # a slip of the pen need not wait for Warp
     folder = Path(arguments.out) if arguments.out is not None else Path(OUT, script.name)
     RunFolder(folder, arguments.overwrite)

@@ -140,6 +140,21 @@ def find_script(name_or_path: str | os.PathLike[str]) -> SceneScript:
     return _described(given, module, bundled=True)
 
 
+def find_typed(typed: str) -> SceneScript:
+    """Return the scene that someone names on the command line: `find_script`, or a script by stem.
+
+    Only what is typed may mean a script of the current folder without its ending: a name that a
+    run folder holds must not.
+
+    Args:
+        typed: a bundled name, the path of a script, or that without its ``.py``.
+    """
+    script = Path(f"{typed}.py")
+    if typed not in bundled_scenes() and not Path(typed).exists() and script.is_file():
+        return find_script(script)
+    return find_script(typed)
+
+
 def _script(path: Path, bundled: Mapping[str, str]) -> SceneScript:
     if not path.is_file():
         kind = "is a folder" if path.is_dir() else "does not exist"

@@ -13,7 +13,7 @@ import warp as wp
 from warpdrape.blanks.ply import Ply
 from warpdrape.kernels.contact.passages import find_gaps
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 
 LOOKS = 24
@@ -34,6 +34,7 @@ class Closing:
         thickness: of the plies there, compacted as far as their laws go [m].
         time: when [s].
         place: where [m], shape [3].
+        lacks: whether the plies need more than that.
     """
 
     tools: tuple[str, str]
@@ -41,6 +42,7 @@ class Closing:
     thickness: float
     time: float
     place: np.ndarray
+    lacks: bool
 
     def __str__(self) -> str:
         x, y, _ = 1e3 * self.place
@@ -55,8 +57,16 @@ class Closing:
 def closing_tools(scene: Setup) -> list[Closing]:
     """Pairs of tools with prescribed motions that close to less than the plies are thick.
 
-    A floating tool gives way, and is not looked at. Whether a ply lies there then, only the run
-    tells.
+    Arguments as of `narrowest_gaps`.
+    """
+    return [closing for closing in narrowest_gaps(scene) if closing.lacks]
+
+
+def narrowest_gaps(scene: Setup) -> list[Closing]:
+    """Pairs of tools with prescribed motions that come near each other, each where they lack most.
+
+    Near means by little more than the plies' thickness. A floating tool gives way, and is not
+    looked at. Whether a ply lies there then, only the run tells.
 
     Args:
         scene: what is computed.
@@ -68,9 +78,14 @@ def closing_tools(scene: Setup) -> list[Closing]:
     for one, other in permutations(led, 2):
         found = _narrowest(one, other, scene.plies, times)
         pair = frozenset((one.name, other.name))
-        if found and (pair not in narrowest or found.gap < narrowest[pair].gap):
+        if found and (pair not in narrowest or _before(found, narrowest[pair])):
             narrowest[pair] = found
     return list(narrowest.values())
+
+
+def _before(one: Closing, other: Closing) -> bool:
+    """Whether one place is to be named rather than another: what lacks room, then the narrower."""
+    return (not one.lacks, one.gap) < (not other.lacks, other.gap)
 
 
 def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) -> Closing | None:
@@ -118,12 +133,15 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
         for (low, high), thin in zip(boxes, thickness, strict=True):
             over = (at[:, :2] >= low[:2]) & (at[:, :2] <= high[:2])
             room += np.where(over.all(axis=1), thin, 0.0)
-        lacking = np.where(room > 0.0, TOO_LITTLE * room - gaps.numpy(), -np.inf)
+        near = (room > 0.0) & (gaps.numpy() < reach)
+        lacking = np.where(near, TOO_LITTLE * room - gaps.numpy(), -np.inf)
         k = int(np.argmax(lacking))
-        gap = float(gaps.numpy()[k])
-        if lacking[k] > 0.0 and (worst is None or gap < worst.gap):
-            names = (one.name, other.name)
-            worst = Closing(names, gap, float(room[k]), float(time), at[k])
+        if not near[k]:
+            continue
+        names, gap = (one.name, other.name), float(gaps.numpy()[k])
+        found = Closing(names, gap, float(room[k]), float(time), at[k], bool(lacking[k] > 0.0))
+        if worst is None or _before(found, worst):
+            worst = found
     return worst
 
 

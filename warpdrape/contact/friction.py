@@ -34,7 +34,7 @@ def friction_laws(scene: Setup, device: str) -> FrictionLaws:
             ]
         )[:, :2]
     laws.warps = wp.array(np.ascontiguousarray(warps), dtype=wp.vec2d, device=device)
-    laws.pace = 1.0 if scene.process_duration is None else scene.duration / scene.process_duration
+    laws.pace = scene.pace
     return laws
 
 

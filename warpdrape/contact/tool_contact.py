@@ -12,6 +12,7 @@ import warp as wp
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
+from warpdrape.contact.tool_heat import ToolHeat, tool_heat
 from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
@@ -77,6 +78,7 @@ class ToolContact:
         pads: what gives way of each vertex's ply, shape [vertex].
         search: how far searches look.
         turning: which tools turn.
+        heat: what cools plies on them, None where none cools.
     """
 
     device: str
@@ -89,6 +91,7 @@ class ToolContact:
     pads: wp.array
     search: ToolSearch
     turning: TurningTools
+    heat: ToolHeat | None
     name: str = "tool contact"
     searches: str = "tool search"
 
@@ -122,6 +125,8 @@ class ToolContact:
             inputs += [*moving, *known]
             outputs = [memory.holds, plies.f, tools.reaction, tools.moment, plies.lost]
             push.append(Launch(add_tool_forces, count, inputs, outputs))
+        if self.heat is not None:
+            push += self.heat.launches(share.vertices, bodies, memory.touching, memory.holds)
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
     def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:
@@ -167,6 +172,7 @@ def build(
         pads.at_vertices(scene, device),
         _tool_search(scene, timing),
         turning_tools(scene, device),
+        tool_heat(scene, device),
     )
 
 

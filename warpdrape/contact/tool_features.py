@@ -148,7 +148,7 @@ class FeatureContact:
                 tools,
                 x,
             ]
-            inputs += [surfaces.normals, surfaces.hollows, memory.springs, memory.stored]
+            inputs += [surfaces.hollows, memory.springs, memory.stored]
             outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
             find.append(Launch(kernels.find_features, self.count, inputs, outputs))
             inputs = [self.law, self.laws, search, self.features, first, tools, x]

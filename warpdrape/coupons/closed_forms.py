@@ -46,7 +46,15 @@ def frame_angle(side: float, travel: np.ndarray) -> np.ndarray:
     return np.arcsin(np.minimum(share * (math.sqrt(2.0) + 0.5 * share), 1.0))
 
 
-def frame_force(fabric: Fabric, side: float, angle: np.ndarray, sample: float | None = None):
+def frame_force(
+    fabric: Fabric,
+    side: float,
+    angle: np.ndarray,
+    sample: float | None = None,
+    *,
+    rate: np.ndarray | float = 0.0,
+    temperature: float | None = None,
+) -> np.ndarray:
     """Force [N] of a picture frame: F = C(γ) (L_fab²/L) √2/(cos γ/2 − sin γ/2).
 
     Power balance: F dδ = C L_fab² dγ with dδ/dγ = L sin(π/4 − γ/2).
@@ -56,10 +64,13 @@ def frame_force(fabric: Fabric, side: float, angle: np.ndarray, sample: float | 
         side: L of the frame [m].
         angle: γ [rad].
         sample: side L_fab of the sample [m]; the frame's if None.
+        rate: of the angle, for a fabric with a viscous matrix [1/s].
+        temperature: likewise [K]; None for that at which its viscosity is given.
     """
     area = (side if sample is None else sample) ** 2
     opening = np.cos(np.asarray(angle) / 2) - np.sin(np.asarray(angle) / 2)
-    return couple_per_area(fabric, angle) * area / side * math.sqrt(2.0) / opening
+    couple = wet_couple(fabric, angle, rate, temperature)
+    return couple * area / side * math.sqrt(2.0) / opening
 
 
 def bias_travel(width: float, height: float, angle: np.ndarray) -> np.ndarray:
@@ -107,6 +118,26 @@ def bias_force(fabric: Fabric, width: float, height: float, angle: np.ndarray) -
 def couple_per_area(fabric: Fabric, angle: np.ndarray) -> np.ndarray:
     """C = C_s/S [N/m] at shear angles [rad]."""
     return np.asarray(fabric.shear.couple(np.asarray(angle, dtype=float))) / fabric.cell_area
+
+
+def wet_couple(
+    fabric: Fabric,
+    angle: np.ndarray,
+    rate: np.ndarray | float,
+    temperature: float | None = None,
+) -> np.ndarray:
+    """The same, and what a matrix adds where nothing is stored in a spring: h φ(γ) σ(a γ̇) [N/m].
+
+    Args:
+        fabric: with or without a matrix.
+        angle: γ [rad].
+        rate: of the angle in the process [1/s].
+        temperature: [K]; None for that at which the viscosity is given.
+    """
+    couple = couple_per_area(fabric, angle)
+    if fabric.matrix is None:
+        return couple
+    return couple + fabric.thickness * fabric.matrix.stress(angle, rate, temperature)
 
 
 def crimp_tensions(law: CrimpInterchange, warp_strain: float, weft_strain: float) -> np.ndarray:

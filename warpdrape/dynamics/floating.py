@@ -7,7 +7,7 @@ import warp as wp
 
 from warpdrape.kernels.dynamics.motion import FloatingTools
 from warpdrape.setup import Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 
 
 def floating_tools(scene: Setup, device: str) -> FloatingTools:

@@ -6,6 +6,7 @@ from types import ModuleType
 
 import warp as wp
 
+from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact import (
     ply_contact,
     ply_surfaces,
@@ -20,8 +21,10 @@ from warpdrape.forces import (
     bending_curve,
     fibre_frame,
     green_naghdi,
+    matrix,
     membrane,
     pressure,
+    sliding_yarns,
     springs,
     yarns,
 )
@@ -34,11 +37,12 @@ MEMBRANES = {
     "green_naghdi": green_naghdi,
     "fibre_frame": fibre_frame,
     "yarns": yarns,
+    SLIDING_YARNS: sliding_yarns,
 }
 """The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
 on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it
 alone. Its elements say how parts on several threads share out a ply."""
-FORCES = (bending, bending_curve, pressure, springs)
+FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""

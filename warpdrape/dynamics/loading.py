@@ -53,12 +53,13 @@ class Clock:
     """All that changes of a `Loading`.
 
     Attributes:
-        steps: done so far.
-        time: loading time so far [s].
-        pace: loading time that passes in a second now [-].
+        steps: done so far, or begun together.
+        time: loading time after them [s].
+        pace: loading time that passes in a second then [-].
         coming: the pace to come to by the next look [-].
         slowest: the slowest so far [-].
         most: kinetic energy over what is allowed, at its largest [-].
+        left: how many of these steps are begun, but still to do.
     """
 
     steps: int = 0
@@ -67,6 +68,7 @@ class Clock:
     coming: float = 1.0
     slowest: float = 1.0
     most: float = 0.0
+    left: int = 0
 
 
 class Loading:
@@ -85,13 +87,27 @@ class Loading:
 
     @property
     def steps(self) -> int:
-        """Done so far."""
+        """Done so far, those of the stretch among them."""
         return self.clock.steps
 
     @property
     def time(self) -> float:
-        """Loading time so far [s]."""
+        """Loading time at the end of the stretch [s]."""
         return self.clock.time
+
+    @property
+    def left(self) -> int:
+        """Steps of the stretch that are still to do."""
+        return self.clock.left
+
+    @property
+    def here(self) -> float:
+        """Loading time within the stretch [s], near enough to be shown where the pace changes."""
+        return self.time - self.left * self._timing.time_step * self.pace
+
+    def did(self, steps: int) -> None:
+        """Take note of steps of the stretch that were done."""
+        self.clock.left -= steps
 
     @property
     def pace(self) -> float:
@@ -133,7 +149,8 @@ class Loading:
             gone = clock.pace * r + (clock.coming - clock.pace) * (r**3 - 0.5 * r**4)
             times = clock.time + steps * timing.time_step * gone
             clock.pace = clock.coming
-        clock.steps, clock.time = clock.steps + len(times) - 1, float(times[-1])
+        clock.left = len(times) - 1
+        clock.steps, clock.time = clock.steps + clock.left, float(times[-1])
         return times
 
     def adapt(self, kinetic: float, internal: float) -> None:

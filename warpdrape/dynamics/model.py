@@ -17,7 +17,14 @@ from warpdrape.interaction import Force, Interaction, Span
 from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
 from warpdrape.setup import Setup
-from warpdrape.state import State, start_clamps, start_loads, start_plies, start_tools
+from warpdrape.state import (
+    State,
+    start_clamps,
+    start_heat,
+    start_loads,
+    start_plies,
+    start_tools,
+)
 from warpdrape.timing import Timing, peak_speed, plan_steps
 
 RUNAWAY = 100.0
@@ -145,6 +152,7 @@ def initial_state(model: Model) -> State:
         tools=start_tools(scene, n, ahead, device),
         clamps=start_clamps(scene, n, ahead, device),
         loads=start_loads(scene, ahead, device),
+        heat=start_heat(scene, device),
         scaled=start_scaled(n, device) if model.selective else None,
         memory=tuple(thing.start() for thing in model.interactions),
         step=wp.zeros(1, dtype=wp.int32, device=device),

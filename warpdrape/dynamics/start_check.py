@@ -18,7 +18,7 @@ from warpdrape.errors import InputError
 from warpdrape.interaction import met_in_contact
 from warpdrape.setup import Setup
 from warpdrape.state import State
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
 
 START_TOLERANCE = 0.01
@@ -67,7 +67,7 @@ def _refuse_finer(tool: Tool, points: np.ndarray, ply: Ply) -> None:
     thick = float(np.sort(np.ptp(tool.vertices @ axes.T, axis=0))[1])
     sides = longest_sides(ply.rest_points, ply.mesh.triangles)
     side = float(np.median(sides))
-    if 0.0 < thick < MISSED * side and _over(ply, points).any():
+    if 0.0 < thick < MISSED * side and over_ply(ply, points).any():
         raise InputError(
             f"tool {tool.name!r} is an open surface {1e3 * thick:.3g} mm wide and would pass "
             f"between the vertices of ply {ply.name!r}, {1e3 * side:.3g} mm apart: make it a "
@@ -88,7 +88,7 @@ def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) ->
     a, b, c = np.moveaxis(points[tool.triangles], 1, 0)
     middle, upward = (a + b + c) / 3.0, 0.5 * np.cross(b - a, c - a)[:, 2]
     for ply in plies:
-        facing = np.where(_over(ply, middle), upward * np.sign(ply.z - middle[:, 2]), 0.0)
+        facing = np.where(over_ply(ply, middle), upward * np.sign(ply.z - middle[:, 2]), 0.0)
         if facing.sum() < -FACING * np.abs(facing).sum():
             raise InputError(
                 f"tool {tool.name!r}: its facets face away from ply {ply.name!r}: take "
@@ -228,10 +228,10 @@ def _refuse_crossing(tool: Tool, points: np.ndarray, ply: Ply) -> None:
     """
     half = 0.5 * ply.fabric.thickness
     body = half * (1.0 - 2.0 * START_TOLERANCE)
-    inside = _points_between(points[tool.triangles], ply.z - body, ply.z + body)
-    if not _over(ply, inside).any():
+    inside = points_between(points[tool.triangles], ply.z - body, ply.z + body)
+    if not over_ply(ply, inside).any():
         return
-    facing = points[_over(ply, points)]
+    facing = points[over_ply(ply, points)]
     heights = np.concatenate([inside[:, 2], facing[:, 2]])
     up, down = ply.z + half - heights.min(), heights.max() - (ply.z - half)
     word, way = ("raise", up) if up <= down else ("lower", down)
@@ -240,7 +240,7 @@ def _refuse_crossing(tool: Tool, points: np.ndarray, ply: Ply) -> None:
     )
 
 
-def _points_between(corners: np.ndarray, low: float, high: float) -> np.ndarray:
+def points_between(corners: np.ndarray, low: float, high: float) -> np.ndarray:
     """Corners and middles of the parts of triangles [m, 3, 3] between two heights, shape [k, 3]."""
     z = corners[..., 2]
     corners = corners[(z.min(axis=1) < high) & (z.max(axis=1) > low)]
@@ -259,7 +259,7 @@ def _points_between(corners: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.concatenate([points[part].reshape(-1, 3), middles])
 
 
-def _over(ply: Ply, points: np.ndarray) -> np.ndarray:
+def over_ply(ply: Ply, points: np.ndarray) -> np.ndarray:
     """Whether points [n, 3] lie over or under the ply's area, shape [n]."""
     flat = np.asarray(ply.mesh.vertices)
     near = ((points[:, :2] >= flat.min(axis=0)) & (points[:, :2] <= flat.max(axis=0))).all(axis=1)

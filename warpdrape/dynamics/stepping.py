@@ -21,7 +21,7 @@ from warpdrape.interaction import Launch
 from warpdrape.over_time import over_time
 from warpdrape.state import State
 from warpdrape.timing import frame_times
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 
 FEW_STEPS = range(6, 13)
 """Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
@@ -285,6 +285,7 @@ class Stepper:
             state.clamps.shift.assign(shift.reshape(-1, 3))
             state.clamps.matrix.assign(np.concatenate(matrix))
         state.loads.damping.assign(over_time(scene.numerics.damping, time))
+        state.loads.process.assign(scene.process_time(time))
         if scene.pressures:
             state.loads.pressure.assign(along_normals(scene, time))
         state.step.zero_()

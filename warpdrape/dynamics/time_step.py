@@ -12,6 +12,7 @@ from warpdrape.dynamics.interactions import forces_of
 from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import flat_gradients
+from warpdrape.forces.sliding_yarns import slides_share
 from warpdrape.setup import Setup
 
 
@@ -40,7 +41,8 @@ def stable_step(highest: float, taken: float) -> float:
 
     Args:
         highest: bound on ω² of the forces [1/s²].
-        taken: what contacts take of the 4 in (Δt ω)² ≤ 4, from `step_share` [-].
+        taken: what contacts and slides take of the 4 in (Δt ω)² ≤ 4, from `step_share` and
+            `slides_share` [-].
     """
     if not (math.isfinite(highest) and highest > 0.0):
         raise InputError(
@@ -62,6 +64,7 @@ def lump_masses(scene: Setup) -> LumpedMass:
         InputError: if selective mass scaling cannot do what is asked.
     """
     taken = step_share(scene)
+    taken += slides_share(scene, taken)
     numerics, allowed = scene.numerics, np.inf
     if numerics.minimum_time_step is not None:
         share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step

@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.blanks.dxf_curves import read_drawing
 from warpdrape.errors import InputError, one_of
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 """Units of length that a file may be in → metres."""
-ARCS = 16
-"""Bézier curves that stand for an arc: four are 0.03 % of the radius off it."""
 FLAT = 1e-5
 """How far the chords of a curve in a DXF file may lie off it [m]."""
 _COLUMN = re.compile(r"([xyz])_(m|cm|mm)")
@@ -92,21 +91,13 @@ def _read_json(path: Path) -> Iterable[np.ndarray]:
 
 
 def _read_dxf(path: Path) -> Iterable[np.ndarray]:
-    """Closed polylines, splines, circles and ellipses; millimetres where the file has no unit."""
+    """Closed curves, those of lines and arcs that meet too; millimetres where none is stated."""
     ezdxf = needed("ezdxf", "dxf")
-    paths = needed("ezdxf.path", "dxf")
     try:
-        drawing = ezdxf.readfile(path)
+        unit = None if ezdxf.readfile(path).units else "mm"
     except ezdxf.DXFError as error:
         raise InputError(f"trim = {path} cannot be read: {error}") from error
-    unit = drawing.units or ezdxf.units.MM
-    factor = float(ezdxf.units.conversion_factor(unit, ezdxf.units.M))
-    loops = []
-    for entity in drawing.modelspace().query("LWPOLYLINE POLYLINE SPLINE CIRCLE ELLIPSE"):
-        curve = paths.make_path(entity, segments=ARCS)
-        if curve.is_closed:
-            points = [tuple(point) for point in curve.flattening(FLAT / factor)]
-            loops.append(np.array(points, float) * factor)
+    loops = read_drawing("trim", path, flat=FLAT, unit=unit).loops
     if not loops:
         raise InputError(
             f"trim = {path} holds no closed polyline, spline, circle or ellipse: join its lines"

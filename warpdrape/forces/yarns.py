@@ -78,6 +78,12 @@ class PlyYarns:
     ties: Ties
     viscosity: tuple[float, float]
 
+    @property
+    def order(self) -> np.ndarray:
+        """Its triangles in the order in which parts share out their quadrants."""
+        home = self.net.home
+        return np.argsort(home.indices[home.indptr[:-1]], kind="stable")
+
     def launches(
         self, quadrants: Run, ties: Run, x: wp.array, memory: wp.array, f: wp.array
     ) -> list[Launch]:
@@ -128,10 +134,7 @@ class Yarns:
     @property
     def order(self) -> tuple[np.ndarray, ...]:
         """Each ply's triangles in the order in which parts share out their quadrants."""
-        return tuple(
-            np.argsort(of.net.home.indices[of.net.home.indptr[:-1]], kind="stable")
-            for of in self.plies
-        )
+        return tuple(of.order for of in self.plies)
 
     def start(self) -> tuple[wp.array, ...]:
         """For each ply what its quadrants remember."""
@@ -188,19 +191,19 @@ def net_of(ply: Ply) -> YarnNet:
     """
     if isinstance(ply.fabric.tension, Unwoven):
         raise InputError(
-            f"approach = 'yarns' lays out yarns, and fabric {ply.fabric.name!r} of ply "
-            f"{ply.name!r} has none: take approach = 'semi_discrete'"
+            f"bars are laid out along yarns, and fabric {ply.fabric.name!r} of ply {ply.name!r} "
+            "has none: take approach = 'semi_discrete'"
         )
     net = lay_yarns(ply.mesh, ply.yarn_directions)
     if net is None:
         raise InputError(
-            f"approach = 'yarns' makes bars of edges along warp and weft, and the mesh of ply "
-            f"{ply.name!r} does not follow its yarns: mesh it with mesh = 'aligned'"
+            f"yarns are bars along mesh edges, and the mesh of ply {ply.name!r} does not follow "
+            "its yarns: mesh it with mesh = 'aligned'"
         )
     if net.rim > MOST_RIM:
         raise InputError(
-            f"approach = 'yarns': {100 * net.rim:.0f} % of ply {ply.name!r} lie outside the cells "
-            f"of its yarns, more than {100 * MOST_RIM:.0f} %: give a shorter edge, or more cells"
+            f"{100 * net.rim:.0f} % of ply {ply.name!r} lie outside the cells of its yarns, more "
+            f"than {100 * MOST_RIM:.0f} %: give a shorter edge, or more cells"
         )
     return net
 
@@ -280,16 +283,36 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     parts = (
         (yarns[0], np.column_stack([one, one, none])),
         (yarns[1], np.column_stack([two, none, two])),
-        (shear, np.column_stack([one + two, one, two])),
     )
     local = sum(
         (k * net.areas)[:, None, None] * size[:, :, None] * size[:, None, :] for k, size in parts
     )
-    rows, columns = np.repeat(net.quadrants, 3, axis=1), np.tile(net.quadrants, (1, 3))
     n = len(ply.mesh.vertices)
-    entries = (local.ravel(), (rows.ravel(), columns.ravel()))
-    ties = abs(net.ties)
-    carrying = ties.T @ sparse.diags(tie_stiffness(ply, numerics)) @ ties
-    matrix = sparse.coo_matrix(entries, shape=(n, n)) + carrying
+    return bound_of(ply, numerics, assembled(net.quadrants, local + couple_rows(net, shear), n))
+
+
+def couple_rows(net: YarnNet, shear: float) -> np.ndarray:
+    """Sizes of the couples' entries [N/m] by quadrant, shape [quadrant, 3, 3].
+
+    Args:
+        net: the net.
+        shear: bound on their stiffness [N/m].
+    """
+    one, two = 1.0 / np.abs(net.lengths.T)
+    size = np.column_stack([one + two, one, two])
+    return (shear * net.areas)[:, None, None] * size[:, :, None] * size[:, None, :]
+
+
+def assembled(places: np.ndarray, local: np.ndarray, n: int) -> sparse.coo_matrix:
+    """Matrix of n rows from those of elements, shape [element, k, k], at places [element, k]."""
+    k = places.shape[1]
+    rows, columns = np.repeat(places, k, axis=1), np.tile(places, (1, k))
+    return sparse.coo_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n))
+
+
+def bound_of(ply: Ply, numerics: Numerics, matrix: sparse.spmatrix) -> np.ndarray:
+    """Bound on ω² [1/s²] of each triangle by sizes of entries [N/m]; the ties' are added."""
+    ties = abs(net_of(ply).ties)
+    matrix = matrix + ties.T @ sparse.diags(tie_stiffness(ply, numerics)) @ ties
     masses = ply.fabric.areal_density * np.asarray(ply.mesh.areas)
     return gershgorin(matrix.tocsr(), np.asarray(ply.mesh.triangles), masses)

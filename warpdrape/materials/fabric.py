@@ -11,6 +11,7 @@ from typing import Any
 from warpdrape.errors import InputError, finite, nearest, positive, said, true_or_false
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.laws import (
     CrimpInterchange,
     MooneyRivlin,
@@ -21,6 +22,7 @@ from warpdrape.materials.laws import (
     Unwoven,
     falling_angle,
 )
+from warpdrape.materials.matrix import Matrix
 from warpdrape.wording import value
 
 MOST_FIBRES = 0.907
@@ -29,7 +31,7 @@ THICKEST = 0.1
 """Thickness beyond which a ply's must have been given in millimetres [m]."""
 MOST_STRAIN = 0.5
 """Strain beyond which a yarn cannot have failed only then [-]."""
-STATUSES = ("measured", "second-hand", "inferred", "assumed")
+STATUSES = ("measured", "simulated", "second-hand", "inferred", "assumed")
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Source:
     """Where a value comes from.
 
     Attributes:
-        status: "measured", "second-hand", "inferred" or "assumed".
+        status: "measured", "simulated", "second-hand", "inferred" or "assumed".
         text: the source in words.
         doubt: what is to be verified, and why.
         given: the value as the source gives it, with its unit.
@@ -69,6 +71,8 @@ class Fabric:
         yarn_angle: angle from warp to weft in the flat ply [rad].
         bending: resistance to bending; None for a ply that bends freely.
         compaction: pressure against thickness; None for a ply that keeps its thickness.
+        matrix: what is viscous between the yarns of a prepreg; None for a dry fabric.
+        crossover: how yarns slide through crossovers; None where it is not known.
         fibre_density: of the fibres' material [kg/m³]; None where it is not known.
         locking_angle: shear angle from which on the fabric locks [rad]; None where not known.
         failure_strain_warp: strain at which warp yarns fail [-]; None where it is not known.
@@ -89,6 +93,8 @@ class Fabric:
     yarn_angle: float = math.pi / 2
     bending: Bending | BendingCurve | None = None
     compaction: Compaction | None = None
+    matrix: Matrix | None = None
+    crossover: Crossover | None = None
     fibre_density: float | None = None
     locking_angle: float | None = None
     failure_strain_warp: float | None = None
@@ -100,6 +106,8 @@ class Fabric:
     def __repr__(self) -> str:
         laws = {name: getattr(self, name) for name in ("tension", "shear", "bending", "compaction")}
         words = [f"{name} {value(law) if law else 'none'}" for name, law in laws.items()]
+        if self.matrix is not None:
+            words.append(f"matrix {value(self.matrix.viscosity)}")
         cell = f"{1e3 * self.cell_warp:.3g} × {1e3 * self.cell_weft:.3g} mm"
         return (
             f"Fabric {self.name!r}: {1e3 * self.areal_density:.4g} g/m², "
@@ -139,6 +147,8 @@ class Fabric:
             )
         if not isinstance(self.compaction, Compaction | None):
             raise InputError(f"compaction = {said(self.compaction)} is no warpdrape.Compaction")
+        if not isinstance(self.crossover, Crossover | None):
+            raise InputError(f"crossover = {said(self.crossover)} is no warpdrape.Crossover")
         if self.compaction is not None and not math.isclose(
             self.compaction.thickness, self.thickness, rel_tol=1e-6
         ):
@@ -146,17 +156,29 @@ class Fabric:
                 f"compaction.thicknesses start at {self.compaction.thickness:.6g} m, the fabric's "
                 f"thickness is {self.thickness:.6g} m: give both the same"
             )
+        if not isinstance(self.matrix, Matrix | None):
+            raise InputError(f"matrix = {said(self.matrix)} is no warpdrape.Matrix")
+        if self.matrix is not None and isinstance(self.tension, Unwoven):
+            raise InputError(
+                "a sheet without yarns has no shear angle for a matrix to resist: leave matrix out"
+            )
         self._check_crimp()
         self._check_limits()
+        self._warn_of_a_fall()
+
+    def _warn_of_a_fall(self) -> None:
+        """Warn of a couple that falls, with what may be wrong with its kind of law."""
         falling = falling_angle(self.shear)
-        if falling is not None:
-            table = isinstance(self.shear, ShearTable)
-            remedy = "the couples of its table there" if table else "the signs of its coefficients"
-            warnings.warn(
-                f"fabric {self.name!r}: the shear couple falls beyond "
-                f"{math.degrees(falling):.1f}°; check {remedy}",
-                stacklevel=3,
+        if falling is None:
+            return
+        words = f"falls beyond {math.degrees(falling):.1f}°; check the signs of its coefficients"
+        if isinstance(self.shear, ShearTable):
+            first, second = map(math.degrees, self.shear.first_fall())
+            words = (
+                f"falls from {first:.4g}° to {second:.4g}° of its table; leave out which of the "
+                "two points is wrong, or let warpdrape calibrate fit a curve that never falls"
             )
+        warnings.warn(f"fabric {self.name!r}: the shear couple {words}", stacklevel=4)
 
     def _check_crimp(self) -> None:
         if not isinstance(self.tension, CrimpInterchange):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import os
 import textwrap
+from collections.abc import Mapping
 
 import numpy as np
 
 from warpdrape.materials.bending import GRAVITY, Bending, BendingCurve
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric, Source
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import initial_shear_stiffness, shear_stiffness
@@ -23,6 +25,7 @@ from warpdrape.materials.laws import (
     TensionLaw,
     Unwoven,
 )
+from warpdrape.materials.matrix_card import NAMES, matrix_rows, matrix_values, plot_matrix
 
 WIDTH = 96
 """Columns of a card."""
@@ -62,7 +65,10 @@ def _heading(fabric: Fabric) -> str:
         couple = "curve through points"
     if isinstance(fabric.tension, Unwoven):
         couple = "that of the membrane"
-    lines.append(f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}")
+    laws = f"tension: {_TENSION_NAMES[type(fabric.tension)]}; shear: {couple}"
+    if fabric.matrix is not None:
+        laws += f", beside a viscous matrix: {NAMES[type(fabric.matrix.viscosity)]}"
+    lines.append(laws)
     return "\n".join(lines)
 
 
@@ -123,6 +129,19 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         else:
             values.append(("compaction.thicknesses", f"to {law.thinnest:.4g} m"))
             values.append(("compaction.pressures", f"to {law.pressures[-1]:.4g} Pa"))
+    if fabric.matrix is not None:
+        values += matrix_values(fabric.matrix)
+    if fabric.crossover is not None:
+        values += _crossover_values(fabric.crossover, fabric.sources)
+    return values
+
+
+def _crossover_values(law: Crossover, sources: Mapping[str, Source]) -> list[tuple[str, str]]:
+    families = ("warp", "weft")
+    values = [(f"crossover.slip_force_{f}", f"{law.slip(f):.4g} N") for f in families]
+    values += [(f"crossover.stiffness_{f}", f"{law.stiffness(f):.4g} N/m") for f in families]
+    if law.friction or "crossover.friction" in sources:
+        values.append(("crossover.friction", f"{law.friction:.4g}"))
     return values
 
 
@@ -193,7 +212,7 @@ def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
                 rows.append(
                     (f"thickness under {pressure / 1e3:g} kPa", f"{1e3 * thickness:.4g} mm")
                 )
-    return rows
+    return rows + matrix_rows(fabric)
 
 
 def _note(source: Source | None, notes: list[tuple[str, str]]) -> str:
@@ -231,8 +250,11 @@ def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
     """Draw tensions, shear couple and normalised shear force of a fabric to a picture file."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
-    tension, couple, force = figure.subplots(1, 3)
+    count = 3 if fabric.matrix is None else 4
+    figure = Figure(figsize=(4.0 * count, 3.8), layout="constrained")
+    tension, couple, force, *viscous = figure.subplots(1, count)
+    if fabric.matrix is not None:
+        plot_matrix(fabric, fabric.matrix, *viscous)
     _plot_tensions(fabric, tension)
     _plot_shear(fabric, couple, force)
     figure.suptitle(fabric.name)

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from warpdrape.errors import InputError, nearest
+from warpdrape.errors import InputError, nearest, one_of
 from warpdrape.materials.fabric import STATUSES, Source
-from warpdrape.materials.fabric_units import UNITS, si_factor
+from warpdrape.materials.fabric_units import UNITS, si_factor, si_zero
 
 QUANTITY_KEYS = ("value", "unit", "status", "source", "doubt")
 MANY = 8
@@ -116,6 +117,8 @@ class Section:
             table.fail("source", "is empty: say where the value comes from")
         source = Source(status, table.text("source"), table.text("doubt"), _as_given(value, unit))
         converted = numbers * factor
+        if zero := si_zero(kind, unit):
+            converted = converted + zero
         return (float(converted) if converted.ndim == 0 else converted), source
 
     def number(self, key: str, kind: str) -> tuple[float, Source]:
@@ -131,6 +134,35 @@ class Section:
         named = [k for k in self.values if isinstance(self.values[k], dict) and k in words]
         key = max(named, key=len, default="")
         self.fail(f"{key}.value" if key else "", str(error))
+
+
+def read_law(
+    file: Section,
+    key: str,
+    laws: Mapping[str, Mapping[str, str]],
+    sources: dict[str, Source],
+    others: Sequence[str] = (),
+) -> tuple[Section, str, dict[str, Any]]:
+    """Return the section of a law, the law's name and its values in SI.
+
+    Args:
+        file: what holds the section.
+        key: its name there.
+        laws: names of laws → names of values → their kinds.
+        sources: by dotted names of values; added to.
+        others: keys that the section may have besides.
+    """
+    section = file.section(key)
+    law = section.require("law", str, "one of " + ", ".join(laws))
+    try:
+        one_of(f"{key} law", law, laws)
+    except InputError as error:
+        section.fail("law", str(error))
+    section.check_keys(("law", *laws[law], *others))
+    values = {}
+    for name, kind in laws[law].items():
+        values[name], sources[f"{section.path}.{name}"] = section.quantity(name, kind)
+    return section, law, values
 
 
 def _itself_and_parents(dotted: str) -> list[str]:

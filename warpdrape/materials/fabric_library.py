@@ -15,8 +15,9 @@ import numpy as np
 from warpdrape.errors import InputError, one_of, said
 from warpdrape.materials.bending import Bending, BendingCurve, from_flexural_length
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric, Source
-from warpdrape.materials.fabric_file import Section, read_sections
+from warpdrape.materials.fabric_file import Section, read_law, read_sections
 from warpdrape.materials.laws import (
     CrimpInterchange,
     IsotropicMembrane,
@@ -30,10 +31,12 @@ from warpdrape.materials.laws import (
     TensionLaw,
     Unwoven,
 )
+from warpdrape.materials.matrix_file import read_matrix
 
 Sources = dict[str, Source]
 
 _TEXTS = ("name", "description", "doubts")
+_LAWS = ("tension", "shear", "bending", "compaction", "crossover", "matrix")
 _SCALARS = {
     "areal_density": "areal density",
     "thickness": "length",
@@ -95,6 +98,14 @@ _COMPACTION = {
         "largest_pressure": "pressure",
     },
 }
+_CROSSOVER = {
+    "slip_force_warp": "force",
+    "slip_force_weft": "force",
+    "stiffness_warp": "force per length",
+    "stiffness_weft": "force per length",
+    "friction": "ratio",
+}
+"""All but the last must be given."""
 SOFTEST_YARN, STIFFEST_YARN = 1e6, 4e8
 """Stiffness of yarns over their mass per length, E/ρ of their fibres, that is plausible [m²/s²]."""
 _SHEAR_KEYS = {
@@ -158,7 +169,7 @@ def with_bending(fabric: Fabric | str | os.PathLike[str], choice: str | float) -
 
 def _fabric(file: Section) -> Fabric:
     """Build the fabric that a file describes."""
-    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, "tension", "shear", "bending", "compaction"))
+    file.check_keys((*_TEXTS, *_SCALARS, *_CELL, *_LAWS))
     file.require("name", str, "a text")
     sources: Sources = {}
     isotropic = file.section("tension").values.get("law") in ("isotropic", "rubber")
@@ -173,7 +184,9 @@ def _fabric(file: Section) -> Fabric:
     shear = _shear(file, sources)
     bending = _bending(file, values, tension, sources)
     compaction = _compaction(file, values, sources)
+    crossover = _crossover(file, sources)
     _one_fibre_density(file, values, sources)
+    matrix = read_matrix(file, sources)
     try:
         fabric = Fabric(
             name=file.text("name"),
@@ -183,6 +196,8 @@ def _fabric(file: Section) -> Fabric:
             shear=shear,
             bending=bending,
             compaction=compaction,
+            matrix=matrix,
+            crossover=crossover,
             sources=sources,
             **values,
         )
@@ -246,25 +261,8 @@ def _cell(file: Section, yarn_angle: float, sources: Sources) -> dict[str, float
     return cell
 
 
-def _law(
-    file: Section, key: str, laws: dict[str, dict[str, str]], sources: Sources
-) -> tuple[Section, str, dict[str, Any]]:
-    """Return the section of a law, the law's name and its values in SI."""
-    section = file.section(key)
-    law = section.require("law", str, "one of " + ", ".join(laws))
-    try:
-        one_of(f"{key} law", law, laws)
-    except InputError as error:
-        section.fail("law", str(error))
-    section.check_keys(("law", *laws[law]))
-    values = {}
-    for name, kind in laws[law].items():
-        values[name], sources[f"{key}.{name}"] = section.quantity(name, kind)
-    return section, law, values
-
-
 def _tension(file: Section, cell: dict[str, float], sources: Sources) -> TensionLaw:
-    section, law, values = _law(file, "tension", _TENSION_KEYS, sources)
+    section, law, values = read_law(file, "tension", _TENSION_KEYS, sources)
     try:
         match law:
             case "linear":
@@ -284,7 +282,7 @@ def _tension(file: Section, cell: dict[str, float], sources: Sources) -> Tension
 def _shear(file: Section, sources: Sources) -> ShearLaw:
     if "shear" not in file.values:
         return NoShear()
-    section, law, values = _law(file, "shear", _SHEAR_KEYS, sources)
+    section, law, values = read_law(file, "shear", _SHEAR_KEYS, sources)
     if isinstance(values.get("coefficients"), float):
         section.fail("coefficients.value", "must be an array of numbers")
     try:
@@ -343,7 +341,7 @@ def _bending(
 def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Compaction | None:
     if "compaction" not in file.values:
         return None
-    section, law, found = _law(file, "compaction", _COMPACTION, sources)
+    section, law, found = read_law(file, "compaction", _COMPACTION, sources)
     try:
         if law == "table":
             return Compaction(**found)
@@ -353,6 +351,19 @@ def _compaction(file: Section, values: dict[str, Any], sources: Sources) -> Comp
         )
     except ValueError as error:
         section.fail("", f"coefficient, exponent, fibre_density, largest_pressure: {error}")
+    except InputError as error:
+        section.blame(error)
+
+
+def _crossover(file: Section, sources: Sources) -> Crossover | None:
+    if "crossover" not in file.values:
+        return None
+    section, found = file.section("crossover", tuple(_CROSSOVER)), {}
+    for key, kind in _CROSSOVER.items():
+        if key != "friction" or key in section.values:
+            found[key], sources[f"crossover.{key}"] = section.number(key, kind)
+    try:
+        return Crossover(**found)
     except InputError as error:
         section.blame(error)
 

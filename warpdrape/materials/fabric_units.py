@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from warpdrape.units import FREEZING
+
 UNITS: dict[str, dict[str, float]] = {
     "areal density": {"kg/m²": 1.0, "g/m²": 1e-3},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6},
@@ -32,8 +34,19 @@ UNITS: dict[str, dict[str, float]] = {
     "density": {"kg/m³": 1.0, "g/cm³": 1e3},
     "angle": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
     "ratio": {"-": 1.0, "%": 1e-2},
+    "viscosity": {"Pa·s": 1.0, "kPa·s": 1e3, "MPa·s": 1e6},
+    "rate": {"1/s": 1.0, "1/min": 1.0 / 60.0, "rad/s": 1.0, "°/s": math.pi / 180},
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "temperature": {"K": 1.0, "°C": 1.0},
+    "temperature difference": {"K": 1.0},
+    "energy per amount": {"J/mol": 1.0, "kJ/mol": 1e3},
+    "heat capacity per area": {"J/(m²·K)": 1.0, "J/m²K": 1.0, "kJ/(m²·K)": 1e3},
+    "conductance": {"W/(m²·K)": 1.0, "W/m²K": 1.0},
 }
 """Quantity → unit as written → factor to SI."""
+
+ZEROS = {("temperature", "°C"): FREEZING}
+"""Where a unit's zero is, in SI, unless that is zero."""
 
 _SPELLINGS = {
     "*": "·",
@@ -51,6 +64,15 @@ _SPELLINGS = {
 
 def si_factor(quantity: str, unit: str) -> float | None:
     """Factor from ``unit`` to SI, None where it is no unit of ``quantity``."""
+    return UNITS[quantity].get(_spelt(unit))
+
+
+def si_zero(quantity: str, unit: str) -> float:
+    """What is added after the factor: the zero of ``unit`` in SI."""
+    return ZEROS.get((quantity, _spelt(unit)), 0.0)
+
+
+def _spelt(unit: str) -> str:
     for written, meant in _SPELLINGS.items():
         unit = unit.replace(written, meant)
-    return UNITS[quantity].get(unit)
+    return unit

@@ -229,6 +229,11 @@ class ShearTable:
 
         return PchipInterpolator(self.angles, self.couples).derivative()(self.angles)
 
+    def first_fall(self) -> np.ndarray:
+        """The two angles [rad] between which a couple first falls; of one that does."""
+        at = int(np.argmax(np.diff(self.couples) < 0.0))
+        return np.asarray(self.angles)[at : at + 2]
+
     def couple(self, angle: ArrayLike) -> np.ndarray:
         """C_s [N·m] at shear angles [rad]."""
         from scipy.interpolate import PchipInterpolator

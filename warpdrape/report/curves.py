@@ -25,6 +25,7 @@ _KINDS = (
     ("Largest shear angle", "°", 1.0, ("_max_shear_deg",)),
     ("Wrinkles: largest amplitude", "mm", 1e3, ("_short_wrinkle_m", "_wrinkle_m")),
     ("Pressures", "kPa", 1e-3, ("_pressure_pa",)),
+    ("Temperatures: mean of the ply", "K", 1.0, ("_mean_temperature_k",)),
     ("Slip of springs", "mm", 1e3, ("_slip_m",)),
     ("Springs that let go", "%", 100.0, ("_broken",)),
     ("Energies", "J", 1.0, tuple(f"{name}_j" for name in _MAIN)),

@@ -10,6 +10,7 @@ from typing import Any
 from warpdrape.errors import InputError
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.laws import (
     CrimpInterchange,
@@ -59,6 +60,7 @@ _KINDS = {
         Bending,
         BendingCurve,
         Compaction,
+        Crossover,
     )
 }
 """Records whose docstrings tell the units of what a fabric's card holds."""

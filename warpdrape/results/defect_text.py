@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from warpdrape.defects.limits import Limits
 from warpdrape.materials.fabric import MOST_FIBRES
 from warpdrape.results.judgement import judge, verdict
-from warpdrape.results.limits import Limits
 
 WIDTH = 96
 """Columns after which a line is folded."""

@@ -16,7 +16,7 @@ from warpdrape.defects.alignment import WantedDirection
 from warpdrape.dynamics.model import Model
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 from warpdrape.tools.tool import Tool
@@ -150,6 +150,7 @@ def _ply(ply: Ply) -> dict[str, Any]:
         f"mesh of ply {ply.name!r}": _digest(ply.mesh.vertices, ply.mesh.triangles),
         f"warp_angle of ply {ply.name!r}": float(ply.warp_angle),
         f"z of ply {ply.name!r}": float(ply.z),
+        f"temperature of ply {ply.name!r}": ply.warmth,
         **laws,
     }
 
@@ -159,6 +160,7 @@ def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
     return {
         f"surface of tool {tool.name!r}": surface,
         f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
+        f"temperature of tool {tool.name!r}": tool.temperature,
         **_motion(tool),
         **(
             {} if tool.turn is None else {f"{MOTIONS}tool {tool.name!r}, turning": plain(tool.turn)}
@@ -226,7 +228,9 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
     travel = None if clamp.travel is None else np.asarray(clamp.travel(times), dtype=float)
     name = f"clamp {clamp.name!r}"
     return {
-        f"what {name} holds": _digest(clamp.ply, clamp.vertices(ply.rest_points), clamp.slope),
+        f"what {name} holds": _digest(
+            clamp.ply, clamp.vertices(ply.rest_points), clamp.slope, clamp.yarns
+        ),
         f"follow of {name}": [float(f) for f in clamp.follow],
         f"{MOTIONS}{name}": [plain(clamp.motion), _digest(matrix), _digest(travel)],
     }

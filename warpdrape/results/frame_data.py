@@ -64,12 +64,16 @@ class PlyFrame:
             None where the ply has no bending, as the next.
         weft_curvature: of the weft yarns.
         slip: along the ply from where a vertex lay on the next one [m], shape (n, 3); None where
-            there is none, as the next two.
+            there is none, as the next three.
         contact_pressure: of plies [Pa], shape (n,).
         tool_pressure: of tools [Pa], shape (n,).
+        temperature: [K], shape (n,).
         thickness: [m], shape (m,).
         fibre_volume_fraction: [-], shape (m,).
         wrinkle: amplitude of wrinkles, 0 where there is none [m], shape (m,).
+        warp_slide: how much warp yarn has gone through the crossover at a vertex, along the warp
+            [m], shape (n,); None where crossovers are pinned, as the next.
+        weft_slide: of weft yarn.
     """
 
     points: ArrayLike
@@ -85,6 +89,9 @@ class PlyFrame:
     slip: ArrayLike | None = None
     contact_pressure: ArrayLike | None = None
     tool_pressure: ArrayLike | None = None
+    temperature: ArrayLike | None = None
     thickness: ArrayLike | None = None
     fibre_volume_fraction: ArrayLike | None = None
     wrinkle: ArrayLike | None = None
+    warp_slide: ArrayLike | None = None
+    weft_slide: ArrayLike | None = None

@@ -15,7 +15,7 @@ from warpdrape.results.defects import defect_columns
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
 from warpdrape.state import State
-from warpdrape.tools.motion import Float
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import Pose
 from warpdrape.tools.tool import Tool
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from warpdrape.defects.limits import Limits
 from warpdrape.errors import InputError, one_of
-from warpdrape.results.limits import Limits
+from warpdrape.results.run_folder import RUN
+from warpdrape.results.run_tables import load_json
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,25 @@ class Fault:
         if self.since is not None:
             text += f", since {1e3 * self.since:.3g} ms"
         return text
+
+
+def limits_of(folder: Path) -> Limits:
+    """The limits that a run's scene has set; those by default where it has set none.
+
+    Args:
+        folder: of the run.
+
+    Raises:
+        InputError: if its record has others than are known.
+    """
+    file = folder / RUN
+    record = load_json(file).get("limits") if file.is_file() else None
+    try:
+        return Limits() if record is None else Limits(**record)
+    except (TypeError, InputError) as error:
+        raise InputError(
+            f"{file} has limits of another version ({error}): give a file of limits"
+        ) from error
 
 
 def judge(

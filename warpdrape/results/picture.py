@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.errors import InputError, RunFailed, positive
+from warpdrape.results.leftovers import STACK, picture_name
 from warpdrape.results.picture_layout import DPI, Frame, compose, image_width
 from warpdrape.results.quantities import Quantity, quantity_named
 from warpdrape.results.raster import Camera
@@ -87,14 +88,14 @@ def draw_stack(
     """
     scene_path, quantity = find_scene(run_folder), quantity_named(field)
     scene = read_scene(scene_path, None, frame, quantity)
-    out = named(scene_path, "stack", field) if out is None else Path(out)
+    out = named(scene_path, STACK, field) if out is None else Path(out)
     paint = paint_of(quantity, scene.plies, top, smooth, yarns, arrows)
     return _draw(scene, scene.plies, out, view, paint, tools)
 
 
 def named(scene_path: Path, name: str, field: str, ending: str = ".png") -> Path:
-    """Where a picture goes: shear under the plain name, others with theirs."""
-    return scene_path.with_name(f"{name if field == 'shear' else f'{name}_{field}'}{ending}")
+    """Where a picture goes."""
+    return scene_path.with_name(picture_name(name, field, ending))
 
 
 def draw_views(scene: SceneView, quantity: Quantity) -> Figure:

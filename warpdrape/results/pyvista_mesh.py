@@ -3,38 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdrape.errors import InputError
+from warpdrape.optional import needed
 from warpdrape.results.fields import fields_of
 
 if TYPE_CHECKING:
     from pyvista import MultiBlock, PolyData
 
     from warpdrape.results.result import FormedPly, PlacedTool
-
-
-def needed(package: str, extra: str) -> ModuleType:
-    """Import an optional package.
-
-    Args:
-        package: its name, dotted for a module in it.
-        extra: that of ours which brings it.
-
-    Raises:
-        InputError: if it is not installed, with the command that installs it.
-    """
-    try:
-        return import_module(package)
-    except ImportError as error:
-        name = package.partition(".")[0]
-        raise InputError(
-            f"this needs {name}, which is not installed ({error}): pip install 'warpdrape[{extra}]'"
-        ) from error
 
 
 def ply_mesh(ply: FormedPly) -> PolyData:

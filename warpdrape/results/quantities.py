@@ -26,6 +26,8 @@ class Quantity:
         factor: from the file's unit to that.
         signed: shown with its sign; else its size.
         spiky: contact's, which is shown up to its 99th percentile.
+        offset: added after the factor.
+        from_least: whether a scale begins at the least value; else at zero.
     """
 
     title: str
@@ -34,6 +36,8 @@ class Quantity:
     factor: float
     signed: bool = False
     spiky: bool = False
+    offset: float = 0.0
+    from_least: bool = False
 
     def of(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values to show, of those in the file, scalars or vectors."""
@@ -44,12 +48,16 @@ class Quantity:
         """Values in the unit shown, with their sign; of vectors their length."""
         if values.ndim == 2:
             values = np.linalg.norm(values, axis=1)
-        return self.factor * values
+        return self.factor * values + self.offset if self.offset else self.factor * values
 
     def scale(self, values: NDArray[np.float64]) -> tuple[float, float]:
         """Ends of a colour scale for values to show."""
         if self.unit == "°":
             return 0.0, max(5.0 * float(np.ceil(values.max() / 5.0 - 1e-9)), 5.0)
+        if self.from_least:
+            return 10.0 * float(np.floor(values.min() / 10)), 10.0 * float(
+                np.floor(values.max() / 10) + 1
+            )
         highest = float(np.quantile(values, 0.99) if self.spiky else values.max())
         lowest = min(float(values.min()), 0.0) if self.signed else 0.0
         return -rounded_up(-lowest), rounded_up(highest) or rounded_up(float(values.max())) or 1.0
@@ -100,8 +108,13 @@ QUANTITIES = {
     "warp-curvature": Quantity("warp curvature", "warpCurvature", "1/m", 1.0),
     "weft-curvature": Quantity("weft curvature", "weftCurvature", "1/m", 1.0),
     "slip": Quantity("slip", "slip", "mm", 1e3),
+    "warp-slide": Quantity("slide of the warp", "warpSlide", "mm", 1e3, signed=True),
+    "weft-slide": Quantity("slide of the weft", "weftSlide", "mm", 1e3, signed=True),
     "contact-pressure": Quantity("contact pressure", "contactPressure", "kPa", 1e-3, spiky=True),
     "tool-pressure": Quantity("tool pressure", "toolPressure", "kPa", 1e-3, spiky=True),
+    "temperature": Quantity(
+        "temperature", "temperature", "°C", 1.0, offset=-273.15, from_least=True
+    ),
     "thickness": Quantity("thickness", "thickness", "mm", 1e3),
     "fibre-volume": Quantity("fibre volume fraction", "fibreVolumeFraction", "%", 100.0),
     "wrinkle": Quantity("wrinkle amplitude", "wrinkle", "mm", 1e3),

@@ -1,4 +1,8 @@
-"""Whether a run was slow enough: kinetic against internal energy."""
+"""Whether a run was slow enough: kinetic energy against what deforming the plies took.
+
+That is the internal energy, and of prepregs what their matrix has lost besides: a melt stores next
+to nothing of what it resists with.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,14 @@ LEAST_LOADED = 1e-6
 loaded at all [-]: with energy as the square of the shear that is a thousandth of 5°."""
 
 
+def taken(history: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Energy that deforming the plies took, stored or lost to a matrix [J], shape [frame]."""
+    return history["internal_j"] + history.get("matrix_viscosity_j", 0.0)
+
+
 def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
-    """An energy over the internal one, on average over the frames in which plies are loaded [-]."""
-    internal = history["internal_j"]
+    """An energy over what was `taken`, on average over the frames in which plies are loaded [-]."""
+    internal = taken(history)
     if internal.max() <= 0.0:
         return 0.0
     loaded = internal >= LOADED * internal.max()
@@ -37,8 +46,8 @@ def was_loaded(history: Mapping[str, np.ndarray], reference: float) -> bool:
 
 
 def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:
-    """Kinetic over internal energy at the end, its mean while loaded, and the verdict."""
-    kinetic, internal = history["kinetic_j"], history["internal_j"]
+    """Kinetic energy over what was `taken` at the end, its mean while loaded, and the verdict."""
+    kinetic, internal = history["kinetic_j"], taken(history)
     if internal.max() <= 0.0:
         return 0.0, 0.0, False
     mean = mean_while_loaded(history, "kinetic_j")
@@ -48,11 +57,11 @@ def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]
 
 
 def calm_from(history: Mapping[str, np.ndarray]) -> int | None:
-    """Frame from which on kinetic energy stays small beside the internal; None if it never does.
+    """Frame from which on kinetic energy stays small beside what was `taken`; None if never.
 
     Args:
         history: columns over the frames.
     """
-    hasty = history["kinetic_j"] >= QUASI_STATIC_END * history["internal_j"]
+    hasty = history["kinetic_j"] >= QUASI_STATIC_END * taken(history)
     first = int(np.flatnonzero(hasty)[-1]) + 1 if hasty.any() else 0
     return first if first < len(hasty) else None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import yarn_gradients
 from warpdrape.contact.pressure import vertex_shapes
@@ -32,6 +33,7 @@ FAMILIES = {
     "strain": ("warp_strain", "weft_strain"),
     "line_tension": ("warp_tension", "weft_tension"),
     "curvature": ("warp_curvature", "weft_curvature"),
+    "yarn_slide": ("warp_slide", "weft_slide"),
 }
 """Arrays of a formed ply that hold both yarn families → those of `PlyFrame` that hold one each.
 Whatever else both have, they have under one name."""
@@ -59,9 +61,13 @@ class FormedPly:
         contact_pressure: of plies on the face where they press more [Pa], shape [n]; None where
             none can touch.
         tool_pressure: of the tool that presses most [Pa], shape [n]; None without tools.
+        temperature: at vertices [K], shape [n]; None of a ply that keeps its own.
         thickness: [m], shape [m]; None before defects were looked for, as the next three.
         fibre_volume_fraction: [-], shape [m]; None too where the fabric has no ``fibre_density``.
         wrinkle: local amplitude of wrinkles, 0 where there is none [m], shape [m].
+        yarn_slide: how much warp and weft yarn has gone through the crossover at a vertex, each
+            along its own direction [m], 0 where none cross, shape [n, 2]; None where crossovers
+            are pinned.
         wrinkling: the wrinkles, each with its place and size; None of a run that was read back,
             whose summary lists them.
     """
@@ -79,9 +85,11 @@ class FormedPly:
     slip: np.ndarray | None = None
     contact_pressure: np.ndarray | None = None
     tool_pressure: np.ndarray | None = None
+    temperature: np.ndarray | None = None
     thickness: np.ndarray | None = None
     fibre_volume_fraction: np.ndarray | None = None
     wrinkle: np.ndarray | None = None
+    yarn_slide: np.ndarray | None = None
     wrinkling: Wrinkling | None = None
 
     @property
@@ -128,6 +136,7 @@ class FormedPly:
         """What the animation shows of it."""
         pulled = (None, None) if self.line_tension is None else self.line_tension.T
         bent = (None, None) if self.curvature is None else self.curvature.T
+        slid = (None, None) if self.yarn_slide is None else self.yarn_slide.T
         return PlyFrame(
             self.points,
             self.warp,
@@ -142,9 +151,12 @@ class FormedPly:
             self.slip,
             self.contact_pressure,
             self.tool_pressure,
+            self.temperature,
             self.thickness,
             self.fibre_volume_fraction,
             self.wrinkle,
+            slid[0],
+            slid[1],
         )
 
 
@@ -307,7 +319,13 @@ def shown_at_vertices(scene: Setup, ply: Ply) -> tuple[str, ...]:
         names += ("slip",)
     if several or any(map(scene.touches_itself, scene.plies)):
         names += ("contact_pressure",)
-    return names + (("tool_pressure",) if scene.tools else ())
+    if scene.tools:
+        names += ("tool_pressure",)
+    if scene.cools(ply):
+        names += ("temperature",)
+    if scene.approach == SLIDING_YARNS:
+        names += ("warp_slide", "weft_slide")
+    return names
 
 
 def shown_of_defects(ply: Ply) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.results.folder_lock import FolderLock
+from warpdrape.results.leftovers import others_in, pictures_in, put_aside
 
 SCENE = "scene.usdc"
 HISTORY = "history.csv"
@@ -31,7 +32,8 @@ REPORT = "report.html"
 EXPORTS = "export"
 """Folder in it that takes what is exported from the run where no other place is given."""
 RESULTS = (SCENE, HISTORY, SUMMARY, RUN, COUPON, COUPON_PLOT, CHECKPOINT, JUDGEMENT, REPORT)
-"""Every result that a run leaves; what ``--overwrite`` may remove, and nothing else."""
+"""Every result that a run leaves. Beside them ``--overwrite`` may remove pictures and films under
+names of their own, and nothing else."""
 
 
 def partial_path(path: Path) -> Path:
@@ -146,19 +148,35 @@ class RunFolder:
         """Make the folder and remove the results of the run before; done once, and by any write."""
         if self._begun:
             return
-        replaced = False
+        others = ""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            for file in self._old_files():
+            old = self._old_files()
+            if old:
+                self._remove_leftovers()
+            for file in old:
                 file.unlink()
-                replaced = True
+            if old:
+                others = others_in(self.path, EXPORTS)
         except OSError as error:
             raise _unprepared(self.path, error) from error
         self._begun = True
-        if replaced and (self.path / EXPORTS).is_dir():
+        if others:
             warnings.warn(
-                f"{self.path / EXPORTS} holds exports of the run before: export again", stacklevel=2
+                f"{self.path} also holds {others}: left as it is, and perhaps of the run before",
+                stacklevel=2,
             )
+
+    def _remove_leftovers(self) -> None:
+        """Leave nothing made of the run as it was that could be taken for the run to come.
+
+        First of all, as the record that is removed later names the plies.
+        """
+        for file in pictures_in(self.path, self.path / RUN):
+            file.unlink()
+        aside = put_aside(self.path, EXPORTS)
+        if aside is not None:
+            warnings.warn(f"exports of the run before are in {aside} now", stacklevel=4)
 
     def write_json(self, name: str, data: Mapping[str, Any]) -> Path:
         """Write ``data`` as the file ``name``, replacing it in one move; return its path.
@@ -190,9 +208,10 @@ class RunFolder:
         Done again after a kill in the midst of it, it does the rest.
         """
         try:
-            for name in (SUMMARY, COUPON, COUPON_PLOT, REPORT):
+            self._remove_leftovers()
+            for name in (SUMMARY, COUPON, COUPON_PLOT, REPORT, JUDGEMENT):
                 (self.path / name).unlink(missing_ok=True)
-            for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT):
+            for name in (SUMMARY, COUPON, COUPON_PLOT, RUN, CHECKPOINT, REPORT, JUDGEMENT):
                 partial_path(self.path / name).unlink(missing_ok=True)
             for file in self._debris():
                 file.unlink()

@@ -40,6 +40,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
+        "limits": None if scene.limits is None else plain(dataclasses.asdict(scene.limits)),
         "wanted": [
             {
                 "name": wanted.name,
@@ -60,6 +61,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "fabric": fabric,
                 "warp_angle_deg": float(np.degrees(ply.warp_angle)),
                 "z_m": float(ply.z),
+                "temperature_k": ply.warmth,
                 "vertices": len(ply.mesh.vertices),
                 "triangles": len(ply.mesh.triangles),
             }
@@ -73,6 +75,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "friction": _friction(scene.friction_of(tool)),
                 "motion": plain(tool.motion),
                 "turn": plain(tool.turn),
+                "temperature_k": tool.temperature,
             }
             for tool in scene.tools
         ],
@@ -112,6 +115,7 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
         "matrix_at_end": None if clamp.matrix is None else plain(clamp.matrix(end[None])[0]),
         "travel_at_end_m": None if clamp.travel is None else float(clamp.travel(end)),
         "follow": plain(np.asarray(clamp.follow, dtype=float)),
+        "yarns": clamp.yarns,
     }
 
 

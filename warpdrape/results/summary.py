@@ -18,6 +18,7 @@ from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.numerical_error import numerical_error
+from warpdrape.results.process_clock import process_entries
 from warpdrape.results.quasi_static import (
     LEAST_LOADED,
     mean_while_loaded,
@@ -140,6 +141,7 @@ def summarise(
         "mass_scaling_order": model.masses.scaling.order,
         **of_forces,
         **loading.entries(),
+        **process_entries(model, loading),
         "tools": [
             _tool_entry(tool.name, history) | of_tool
             for tool, of_tool in zip(model.scene.tools, contacts.get("tools", ()), strict=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 from warpdrape.results.defect_text import defect_lines, judgement_lines
 from warpdrape.results.numerical_error import numerical_error_text
+from warpdrape.results.process_clock import process_words
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, HISTORY, RUN, SCENE, SUMMARY
 
 WIDTH = 96
@@ -170,6 +171,7 @@ def quality(summary: Mapping[str, Any]) -> str:
         parts.append(f"selectively added mass carried {_percent(ratio)} of the internal energy")
     if "kinetic_limit" in summary:
         parts.append(_loading(summary))
+    parts += process_words(summary)
     if summary["yarn_softening"] > 1.0:
         parts.append(
             f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "

@@ -67,6 +67,9 @@ VERTEX_PRIMVARS = {  # the same at vertices, of plies that have them
     ),
     "contact_pressure": ("contactPressure", _FLOATS, "pressure of plies on either face [Pa]"),
     "tool_pressure": ("toolPressure", _FLOATS, "pressure of tools [Pa]"),
+    "temperature": ("temperature", _FLOATS, "temperature [K]"),
+    "warp_slide": ("warpSlide", _FLOATS, "warp yarn gone through its crossover [m]"),
+    "weft_slide": ("weftSlide", _FLOATS, "weft yarn gone through its crossover [m]"),
 }
 
 

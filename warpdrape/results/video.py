@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpdrape.errors import InputError, RunFailed
+from warpdrape.results.leftovers import STACK
 from warpdrape.results.picture import DEFAULT_VIEW, WIDTH, camera_of, drawn, named, paint_of
 from warpdrape.results.picture_layout import DPI, image_width
 from warpdrape.results.pyvista_mesh import needed
@@ -62,7 +63,7 @@ def draw_video(
     moments = read_moments(scene_path, [ply] if ply else None, None, quantity)
     middle = len(moments[0].plies) // 2
     shown = slice(None) if stack else slice(middle, middle + 1)
-    name = "stack" if stack else moments[0].plies[middle].name
+    name = STACK if stack else moments[0].plies[middle].name
     path = named(scene_path, name, field, ".mp4") if out is None else Path(out)
     write = _WRITERS[path.suffix.lower()]
     package = needed(*_NEEDED[path.suffix.lower()])

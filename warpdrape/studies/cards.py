@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from warpdrape.errors import InputError, nearest
+from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric_library import fabric_names, load_fabric
-from warpdrape.results.pyvista_mesh import needed
 from warpdrape.results.run_folder import write_whole
 
 
@@ -79,7 +79,7 @@ def read_card(name_or_path: str) -> Card:
 
 def write_card(path: Path, tables: Mapping[str, Any]) -> None:
     """Write a card's file in one move."""
-    text = needed("tomli_w", "studies").dumps(tables)
+    text = card_text(tables)
     write_whole(path, lambda p: p.write_text(text, encoding="utf-8", newline="\n"))
 
 

@@ -98,18 +98,11 @@ class StudyFolder:
         Raises:
             InputError: if the folder is of another study.
         """
-        declared = _declared(study)
+        declared = declared_of(study)
         path = self.path / PLAN
         before = load_json(path) if path.exists() else None
         if before is None:
-            if self.path.is_dir() and any(
-                n
-                for n in os.listdir(self.path)
-                if n != ".lock" and n not in ("runs", "outcomes", "fields", "cards")
-            ):
-                raise InputError(
-                    f"out = {self.path} holds other files and no study: give another folder"
-                )
+            refuse_others(self.path)
             rows = study.rows()
         else:
             rows = self._rows_again(study, declared, before)
@@ -152,6 +145,13 @@ class StudyFolder:
         return found
 
 
+def refuse_others(path: Path) -> None:
+    """Raise `InputError` for a folder that holds other files than those of a study to be."""
+    own = (".lock", "runs", "outcomes", "fields", "cards")
+    if path.is_dir() and any(name not in own for name in os.listdir(path)):
+        raise InputError(f"out = {path} holds other files and no study: give another folder")
+
+
 _WORDS = {
     "scene": "scene",
     "digest": "text of the scene's script",
@@ -161,7 +161,7 @@ _WORDS = {
 }
 
 
-def _declared(study: Study) -> dict[str, Any]:
+def declared_of(study: Study) -> dict[str, Any]:
     """All of a study that its runs depend on."""
     script = study.script
     return {

@@ -54,7 +54,7 @@ def _draw_effect(axes, table: Table, effect: Effect) -> None:
     axes.plot(places, values, ".", color=DOT, markersize=3.5)
     errors = np.nan_to_num(effect.errors)
     axes.errorbar(effect.levels, effect.means, errors, color=LINE, linewidth=1.4, capsize=2.5)
-    _plain(axes)
+    plain(axes)
     if np.isfinite(effect.rank):
         axes.set_title(f"rank correlation {effect.rank:+.2f}", size=7, color=FAINT, pad=2)
 
@@ -80,7 +80,7 @@ def draw_pairs(table: Table) -> tuple[Figure, list[str]]:
             if column > row:
                 each.set_visible(False)
                 continue
-            _plain(each)
+            plain(each)
             if row == column:
                 values = table.numbers(below)
                 each.hist(values[np.isfinite(values)], bins=12, color=DOT)
@@ -127,7 +127,7 @@ def draw_indices(found: Sequence[Index]) -> Figure:
         each.invert_yaxis()
         each.set_title(measure, size=9, color=INK)
         each.axvline(0.0, color=FAINT, linewidth=0.6)
-        _plain(each)
+        plain(each)
     axes[0, 0].legend(fontsize=7, frameon=False)
     figure.tight_layout()
     return figure
@@ -143,7 +143,8 @@ def varies(table: Table, name: str) -> bool:
     return len(values) > 1 and float(np.ptp(values)) > 0.0
 
 
-def _plain(axes) -> None:
+def plain(axes) -> None:
+    """Take away what a panel does not need."""
     axes.tick_params(labelsize=7, colors=FAINT, length=2)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import csv
 import html
 import io
@@ -13,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.results.figures import Figure
 from warpdrape.results.run_folder import write_whole
 from warpdrape.studies.design import Row
 from warpdrape.studies.effects import Effect, effects
@@ -23,6 +21,7 @@ from warpdrape.studies.indices import Index, indices
 from warpdrape.studies.map_files import draw_map, write_map
 from warpdrape.studies.maps import map_runs
 from warpdrape.studies.one_run import COMPLETED
+from warpdrape.studies.page import list_of, picture, write_page
 from warpdrape.studies.pictures import draw_effects, draw_indices, draw_pairs, varies
 from warpdrape.studies.study_file import Study
 from warpdrape.studies.table import PENDING, Table, gather, write_table
@@ -30,9 +29,6 @@ from warpdrape.studies.table import PENDING, Table, gather, write_table
 REPORT = "report.html"
 SHOWN = 20
 """Runs that did not complete that the page lists, at most; the table has all."""
-_STYLE = """body{font:15px/1.45 system-ui,sans-serif;color:#1a1d21;max-width:70rem;margin:2rem auto;
-padding:0 1rem}table{border-collapse:collapse}td,th{padding:.15rem .8rem .15rem 0;text-align:left;
-font-variant-numeric:tabular-nums}th{color:#5b6470;font-weight:600}img{max-width:100%}"""
 
 
 def write_report(
@@ -56,12 +52,7 @@ def write_report(
         page += _maps_part(study, folder, table, files, remarks)
     page += [f"<p>Note: {html.escape(words)}</p>" for words in remarks]
     out = folder.path / REPORT
-    title = html.escape(study.name)
-    text = (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Study {title}</title>'
-        f"<style>{_STYLE}</style>\n" + "\n".join(page) + "\n</html>\n"
-    )
-    write_whole(out, lambda p: p.write_text(text, "utf-8", newline="\n"))
+    write_page(out, f"Study {study.name}", page)
     return table, [out, *files]
 
 
@@ -71,7 +62,7 @@ def _overview(study: Study, table: Table) -> str:
     words = ", ".join(f"{count} {status}" for status, count in counts.items())
     page = f"<p>Scene {html.escape(study.script.name)}, design {study.design.kind}, "
     page += f"{len(statuses)} runs: {words}.</p>"
-    page += _list(
+    page += list_of(
         ["measure", "runs", "mean", "standard deviation", "least", "largest"],
         [_spread(name, table.numbers(name)) for name in table.measures],
     )
@@ -79,7 +70,7 @@ def _overview(study: Study, table: Table) -> str:
     if bad:
         page += "<h2>Runs that did not complete</h2>"
         cells = [[str(k), statuses[k], str(table.columns["message"][k])] for k in bad[:SHOWN]]
-        page += _list(["run", "status", "why"], cells)
+        page += list_of(["run", "status", "why"], cells)
         page += f"<p>and {len(bad) - SHOWN} more</p>" if len(bad) > SHOWN else ""
     return page
 
@@ -108,12 +99,12 @@ def _effects_part(
         _effect_rows(found),
     )
     figure = draw_effects(table, found)
-    picture = _picture(folder / "effects.png", figure, "effects of the parameters")
+    drawn = picture(folder / "effects.png", figure, "effects of the parameters")
     files += [folder / "effects.csv", folder / "effects.png"]
     return [
         "<h2>Main effects</h2><p>A dot is a run; the line is the mean over the runs near that "
         "value of the parameter, with its standard error.</p>",
-        picture,
+        drawn,
     ]
 
 
@@ -142,10 +133,10 @@ def _indices_part(
         return []
     names = ["measure", "parameter", "first", "first_95", "total", "total_95", "method", "runs"]
     _write_rows(folder / "indices.csv", names, map(_index_row, found))
-    picture = _picture(folder / "indices.png", draw_indices(found), "Sobol indices")
+    drawn = picture(folder / "indices.png", draw_indices(found), "Sobol indices")
     files += [folder / "indices.csv", folder / "indices.png"]
     how = f"{found[0].method}, {found[0].runs} runs; bars with 95 % intervals, below zero is noise"
-    return [f"<h2>Sobol indices</h2><p>Shares of variance; {how}.</p>", picture]
+    return [f"<h2>Sobol indices</h2><p>Shares of variance; {how}.</p>", drawn]
 
 
 def _index_row(i: Index) -> list[str]:
@@ -159,9 +150,9 @@ def _pairs_part(
     figure, left = draw_pairs(table)
     if left:
         remarks.append(f"pairs without room for {', '.join(left)}; they are in table.csv")
-    picture = _picture(folder / "pairs.png", figure, "pairs of columns")
+    drawn = picture(folder / "pairs.png", figure, "pairs of columns")
     files.append(folder / "pairs.png")
-    return ["<h2>Pairs</h2>", picture]
+    return ["<h2>Pairs</h2>", drawn]
 
 
 def _maps_part(
@@ -180,7 +171,7 @@ def _maps_part(
         name = f"map_{_file_name(ply.name)}"
         write_map(ply, folder.path / f"{name}.csv")
         drawn = draw_map(ply, len(done))
-        page.append(_picture(folder.path / f"{name}.png", drawn, f"maps of {ply.name}"))
+        page.append(picture(folder.path / f"{name}.png", drawn, f"maps of {ply.name}"))
         files += [folder.path / f"{name}.png", folder.path / f"{name}.csv"]
         if not ply.judged.any():
             remarks.append(
@@ -200,29 +191,12 @@ class _Fields:
             yield read_fields(self._folder.fields(number))
 
 
-def _picture(out: Path, figure: Figure, words: str) -> str:
-    """Write a figure as a file, and return it as an image within a page."""
-    held = io.BytesIO()
-    figure.savefig(held, format="png", facecolor="white")
-    write_whole(out, lambda p: p.write_bytes(held.getvalue()))
-    text = base64.b64encode(held.getvalue()).decode("ascii")
-    return f'<p><img alt="{html.escape(words)}" src="data:image/png;base64,{text}"></p>'
-
-
 def _write_rows(out: Path, names: Sequence[str], rows: Any) -> None:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerows([names, *rows])
     write: Callable[[Path], Any] = lambda p: p.write_text(text.getvalue(), "utf-8", newline="\n")  # noqa: E731
     write_whole(out, write)
-
-
-def _list(names: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{html.escape(n)}</th>" for n in names)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"
 
 
 def _cell(value: float) -> str:

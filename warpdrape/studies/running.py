@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
@@ -68,28 +68,43 @@ def jobs_of(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> list[Job]
     Raises:
         InputError: where the scene does not take a run's settings.
     """
+    if rows:
+        study.script.read_settings(study.settings(rows[0]))
+    return [job_of(study, folder, k, study.settings(row), row) for k, row in enumerate(rows)]
+
+
+def job_of(
+    study: Study,
+    folder: StudyFolder,
+    number: int,
+    settings: Sequence[str],
+    row: Row,
+    *,
+    maps: bool = True,
+) -> Job:
+    """A run as a worker takes it.
+
+    Args:
+        study: of which it is.
+        folder: of the study.
+        number: of the run.
+        settings: of its scene, ``NAME=VALUE``, without a card of its own.
+        row: values of the parameters, those of the card among them.
+        maps: whether what maps need is kept.
+    """
     script = study.script
-    scene = script.name if script.bundled else os.fspath(script.path.resolve())
-    found, versions = [], our_versions()
-    for number, row in enumerate(rows):
-        settings = study.settings(row)
-        if number == 0:
-            script.read_settings(settings)
-        values = study.card_values(row)
-        card = study.card.with_values(values, study.name) if study.card and values else None
-        found.append(
-            Job(
-                number=number,
-                study=os.fspath(folder.path.resolve()),
-                scene=scene,
-                digest=script.digest,
-                settings=tuple(settings),
-                options=asdict(study.options),
-                versions=versions,
-                card=card,
-            )
-        )
-    return found
+    values = study.card_values(row)
+    return Job(
+        number=number,
+        study=os.fspath(folder.path.resolve()),
+        scene=script.name if script.bundled else os.fspath(script.path.resolve()),
+        digest=script.digest,
+        settings=tuple(settings),
+        options=asdict(study.options),
+        versions=our_versions(),
+        card=study.card.with_values(values, study.name) if study.card and values else None,
+        maps=maps,
+    )
 
 
 def run_study(
@@ -124,7 +139,7 @@ def run_study(
     read_cadence(study.options.checkpoint)
     outcomes = folder.ended(range(len(rows)))
     if retry:
-        outcomes = _without_failed(folder, outcomes)
+        outcomes = without_failed(folder, outcomes)
     jobs = [job for job in jobs_of(study, folder, rows) if job.number not in outcomes]
     failed = sum(each["status"] != COMPLETED for each in outcomes.values())
     progress = StudyProgress(len(rows), len(outcomes), failed, quiet=quiet)
@@ -135,7 +150,7 @@ def run_study(
         progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
     before = time.process_time()
     with connected(scheduler, workers) as client, closing(progress):
-        for outcome in _as_they_end(client, jobs, folder, progress):
+        for outcome in as_they_end(client, jobs, folder, progress.say):
             outcomes[outcome["run"]] = outcome
             cost.add(outcome)
             well = outcome["status"] == COMPLETED
@@ -145,13 +160,26 @@ def run_study(
     return rows, outcomes, cost
 
 
-def _as_they_end(client: Any, jobs: Sequence[Job], folder: StudyFolder, progress: StudyProgress):
-    """How runs end, one after the other."""
+def as_they_end(
+    client: Any, jobs: Sequence[Job], folder: StudyFolder, say: Callable[[str], None]
+) -> Iterator[dict[str, Any]]:
+    """How runs end, one after the other.
+
+    Args:
+        client: of the Dask scheduler whose workers do them.
+        jobs: the runs.
+        folder: of the study.
+        say: takes a line of what is waited for.
+
+    Raises:
+        InputError: if a worker can do no run of the study.
+        RunFailed: when the scheduler is gone, or the disk refuses.
+    """
     distributed = needed("distributed", "studies")
     session = uuid.uuid4().hex[:8]  # two studies at one scheduler share no names
     by_key = {f"warpdrape-{session}-{job.number}": job for job in jobs}
     if not client.scheduler_info(n_workers=0).get("total_threads", 1):
-        progress.say("The scheduler has no workers yet: runs begin when they come.")
+        say("The scheduler has no workers yet: runs begin when they come.")
     futures = client.map(do_run, jobs, key=list(by_key), pure=False)
     coming = distributed.as_completed(futures, loop=client.loop)
     del futures
@@ -190,7 +218,7 @@ def _outcome(future: Any, job: Job, folder: StudyFolder, distributed: Any) -> di
         ) from error
 
 
-def _without_failed(
+def without_failed(
     folder: StudyFolder, outcomes: Mapping[int, dict[str, Any]]
 ) -> dict[int, dict[str, Any]]:
     """Outcomes but those of runs that failed, which are forgotten."""

@@ -5,21 +5,27 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from warpdrape.cadence import read_cadence
 from warpdrape.commands.scene_library import SceneScript, find_script
+from warpdrape.defects.limits import Limits, read_limits
 from warpdrape.errors import InputError, nearest, said
-from warpdrape.results.limits import Limits, read_limits
 from warpdrape.studies.cards import Card, read_card
 from warpdrape.studies.design import Design, Row, read_design
 from warpdrape.studies.measures import Measure, read_measures
 from warpdrape.studies.parameters import Varied, exact, read_parameter
 
-KEYS = ("scene", "name", "set", "run", "parameters", "design", "measures", "maps", "limits")
+OPTIMISE = "optimise"
+"""Table of what is to be best, which `warpdrape.optimisation` reads."""
+KEYS = (
+    *("scene", "name", "set", "run", "parameters", "design", "measures", "maps", "limits"),
+    OPTIMISE,
+)
 RUN_KEYS = ("frames", "device", "threads", "checkpoint")
 MAP_KEYS = ("locking_deg", "wrinkle")
 FRAMES = 10
@@ -110,26 +116,52 @@ def read_study(path: str | os.PathLike[str]) -> Study:
         InputError: it cannot be read, or says something that makes no sense; with the file's name.
     """
     file = Path(path)
+    given = read_tables(file)
+    with of_file(file):
+        if OPTIMISE in given and "design" not in given:
+            raise InputError(
+                "it has no [design] but [optimise]: run it with warpdrape optimise, or give a "
+                "design too"
+            )
+        return study_of(file, given, read_design(given.get("design"), file.parent))
+
+
+def read_tables(file: Path) -> dict[str, Any]:
+    """What a study file holds, as TOML has it; raise `InputError` where it cannot be read."""
     try:
-        given = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(f"study {file} cannot be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"study {file}: not valid TOML: {error}") from error
+
+
+@contextmanager
+def of_file(file: Path) -> Iterator[None]:
+    """Put the study file's name before what is wrong in it."""
     try:
-        return _study(file, given)
+        yield
     except InputError as error:
         raise InputError(f"study {file}: {error}") from None
 
 
-def _study(file: Path, given: Mapping[str, Any]) -> Study:
-    _check_keys("", given, KEYS)
+def study_of(file: Path, given: Mapping[str, Any], design: Design) -> Study:
+    """Make a study of what its file holds.
+
+    Args:
+        file: the file, beside which others are looked for.
+        given: what it holds.
+        design: how its runs are chosen.
+
+    Raises:
+        InputError: if something makes no sense.
+    """
+    check_keys("", given, KEYS)
     if not isinstance(given.get("scene"), str):
         raise InputError("scene is missing: give a bundled name or a script, scene = 'hemisphere'")
     script = find_script(_beside(file, given["scene"]))
-    fixed = _fixed(file, _table(given, "set"), script)
-    tables = {name: _with_files(file, name, t) for name, t in _table(given, "parameters").items()}
-    design = read_design(given.get("design"), file.parent)
+    fixed = settings_of(file, "set", table_of(given, "set"), script)
+    tables = {name: _with_files(file, name, t) for name, t in table_of(given, "parameters").items()}
     design = replace(design, rows=tuple(_row_with_files(file, row) for row in design.rows))
     card = _card(script, fixed) if any("card" in _as_table(t) for t in tables.values()) else None
     parameters = _parameters(tables, design, script, card)
@@ -151,9 +183,9 @@ def _study(file: Path, given: Mapping[str, Any]) -> Study:
         fixed=fixed,
         parameters=parameters,
         design=design,
-        options=_options(_table(given, "run")),
+        options=_options(table_of(given, "run")),
         measures=read_measures(given.get("measures")),
-        maps=_maps(_table(given, "maps")),
+        maps=_maps(table_of(given, "maps")),
         limits=limits,
         card=card,
     )
@@ -184,13 +216,19 @@ def _parameters(
     return found
 
 
-def _fixed(file: Path, table: Mapping[str, Any], script: SceneScript) -> tuple[str, ...]:
-    """Settings that all runs share; files beside the study file are found wherever it is run."""
+def settings_of(
+    file: Path, where: str, table: Mapping[str, Any], script: SceneScript
+) -> tuple[str, ...]:
+    """Settings ``NAME=VALUE`` of a table; files beside the study file are found from anywhere.
+
+    Raises:
+        InputError: what the scene does not take.
+    """
     settings = []
     for name, value in table.items():
         values = value if isinstance(value, list) else [value]
         if not all(isinstance(each, str | bool | int | float) for each in values):
-            raise InputError(f"set: {name} = {said(value)} must be a number, a text or a list")
+            raise InputError(f"{where}: {name} = {said(value)} must be a number, a text or a list")
         if name == FABRIC and isinstance(value, str):
             value = _beside(file, value)
         settings.append(f"{name}={exact(value)}")
@@ -227,7 +265,7 @@ def _card(script: SceneScript, fixed: tuple[str, ...]) -> Card | None:
 
 
 def _options(table: Mapping[str, Any]) -> RunOptions:
-    _check_keys("run: ", table, RUN_KEYS)
+    check_keys("run: ", table, RUN_KEYS)
     for name in ("frames", "threads"):
         value = table.get(name, 1)
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
@@ -242,7 +280,7 @@ def _options(table: Mapping[str, Any]) -> RunOptions:
 def _maps(table: Mapping[str, Any]) -> MapOptions:
     from warpdrape.commands.scene_parameters import Parameter
 
-    _check_keys("maps: ", table, MAP_KEYS)
+    check_keys("maps: ", table, MAP_KEYS)
     units = {"locking_deg": "deg", "wrinkle": "m"}
     found = {}
     for name, value in table.items():
@@ -255,7 +293,8 @@ def _maps(table: Mapping[str, Any]) -> MapOptions:
     return MapOptions(**found)
 
 
-def _table(given: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+def table_of(given: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """A table within another, empty where it is not given; raise `InputError` if it is none."""
     value = given.get(key, {})
     if not isinstance(value, Mapping):
         raise InputError(f"{key} = {said(value)} must be a table, [{key}]")
@@ -266,7 +305,8 @@ def _as_table(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
 
 
-def _check_keys(where: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
+def check_keys(where: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    """Raise `InputError` for a key that is not known, with the nearest that is."""
     for key in given:
         if key not in known:
             raise InputError(f"{where}key {key!r} is unknown{nearest(key, known)}")

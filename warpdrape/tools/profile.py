@@ -79,11 +79,13 @@ class Surface:
         mesh: the facets as trimesh holds them [m].
         normals: unit outward normals, shape [facet, 3, 3].
         exact: whether the normals are those of the true surface, or estimated from facets.
+        source: the file that it comes from, and its unit, in words; "" if it is made here.
     """
 
     mesh: trimesh.Trimesh
     normals: np.ndarray
     exact: bool
+    source: str = ""
 
     def __repr__(self) -> str:
         return f"Surface: {surface(self.mesh.vertices, self.mesh.faces, 'facets')}"

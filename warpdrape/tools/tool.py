@@ -13,7 +13,9 @@ import trimesh
 from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.errors import length as size
 from warpdrape.materials.friction import Friction, friction_of
-from warpdrape.tools.motion import Motion, Prescribed, Still, vector
+from warpdrape.materials.viscosity import check_temperature
+from warpdrape.tools.floating import Motion
+from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pose import Pose, rotation, shifted
 from warpdrape.tools.profile import Arc, Line, Piece, Surface, extrude, revolve
 from warpdrape.tools.tool_mesh import read_surface
@@ -32,6 +34,7 @@ class Tool:
         friction: Coulomb coefficient against the plies [-], or a `Friction`; None takes the
             scene's.
         turn: how it turns besides, None if it does not.
+        temperature: that it keeps [K]; None for one that passes no heat.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Tool:
     motion: Motion = field(default_factory=Still)
     friction: float | Friction | None = None
     turn: Turn | None = None
+    temperature: float | None = None
 
     def __repr__(self) -> str:
         rubs = "the scene's" if self.friction is None else f"{self.friction:g}"
@@ -59,6 +63,8 @@ class Tool:
             )
         if self.friction is not None:
             friction_of(f"tool {self.name!r}: friction", self.friction)
+        if self.temperature is not None:
+            check_temperature(f"tool {self.name!r}: temperature", self.temperature)
         mesh = self.surface.mesh
         if len(mesh.faces) == 0:
             raise InputError(f"tool {self.name!r}: its mesh has no facets: give it a surface")
@@ -145,24 +151,30 @@ class Tool:
         source: str | os.PathLike | trimesh.Trimesh,
         *,
         scale: float = 1.0,
+        tolerance: float | None = None,
         **options,
     ) -> Tool:
-        """Make a tool from a mesh file or a trimesh; its facets' outside meets the plies.
+        """Make a tool from a mesh or CAD file or a trimesh; its facets' outside meets the plies.
 
         Facets that differ in sense from their neighbours are turned, with a warning, and those of
         closed solids outward. An open surface that faces away from the plies as a whole is refused
         when the run starts; see `flipped`.
 
+        STEP and IGES files state their unit and need no scale; their facets are made here, with the
+        true surfaces' normals.
+
         Args:
             name: how results call it.
-            source: file that trimesh reads, or a mesh.
-            scale: metres per unit of the file (1e-3 for millimetres).
+            source: file that trimesh reads, a STEP or IGES file, or a mesh.
+            scale: metres per unit of a mesh file (1e-3 for millimetres).
+            tolerance: largest distance of a CAD file's facets from its surfaces [m]; None takes a
+                two thousandth of its size.
             options: motion, turn, friction.
 
         Raises:
             InputError: if the file is missing, unreadable, empty or holds NaN.
         """
-        return cls(name=name, surface=read_surface(name, source, scale), **options)
+        return cls(name=name, surface=read_surface(name, source, scale, tolerance), **options)
 
     @classmethod
     def punch(

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import trimesh
 
+from warpdrape.cad_file import CAD, is_cad, read_cad
 from warpdrape.errors import InputError, positive, said
 from warpdrape.mesh_file import fault_of, why_unreadable
 from warpdrape.tools.orientation import oriented, without_doubles
@@ -18,10 +19,53 @@ CREASE = math.radians(35.0)
 """Facets of an imported mesh that meet at a sharper angle [rad] keep a sharp edge."""
 
 
-def read_surface(name: str, source: str | os.PathLike | trimesh.Trimesh, scale: float) -> Surface:
-    """Read a tool's surface: its facets as by `read_facets`, and normals estimated from them."""
+def read_surface(
+    name: str,
+    source: str | os.PathLike | trimesh.Trimesh,
+    scale: float,
+    tolerance: float | None = None,
+) -> Surface:
+    """Read a tool's surface: its facets as by `read_facets`, and normals.
+
+    Those of a CAD file are its surfaces' own, others are estimated from the facets.
+
+    Args:
+        name: of the tool, for errors.
+        source: file, or a mesh.
+        scale: metres per unit of a mesh file.
+        tolerance: chord error of the facets of a CAD file [m].
+    """
+    if is_cad(source):
+        return cad_surface(name, source, scale, tolerance)[0]
+    if tolerance is not None:
+        raise InputError(
+            f"tool {name!r}: tolerance = {said(tolerance)} is for CAD files ({', '.join(CAD)}), "
+            "whose facets are made here: leave it out"
+        )
     mesh = read_facets(name, source, scale)
-    return Surface(mesh, creased_normals(mesh), exact=False)
+    words = ""
+    if not isinstance(source, trimesh.Trimesh):
+        words = f"{os.path.basename(source)} with {scale:g} m to its unit"
+    return Surface(mesh, creased_normals(mesh), exact=False, source=words)
+
+
+def cad_surface(
+    name: str, source: str | os.PathLike, scale: float = 1.0, tolerance: float | None = None
+) -> tuple[Surface, str]:
+    """A CAD file's surface, and the unit that the file states; arguments as of `read_surface`."""
+    found = read_cad(f"tool {name!r}", source, tolerance)
+    if scale != 1.0:
+        raise InputError(
+            f"tool {name!r}: scale = {said(scale)}, but {os.fspath(source)!r} states its unit, "
+            f"{found.unit}, and is read in metres: leave scale out"
+        )
+    facets, turned = oriented(np.asarray(found.mesh.vertices), np.asarray(found.mesh.faces))
+    normals = np.where(turned[:, None, None], -found.normals[:, ::-1], found.normals)
+    mesh = trimesh.Trimesh(found.mesh.vertices, facets, process=False)
+    solid = mesh.nondegenerate_faces()
+    mesh.update_faces(solid)
+    words = f"{os.path.basename(source)}, which is in {found.unit}"
+    return Surface(mesh, normals[solid], exact=True, source=words), found.unit
 
 
 def read_facets(
@@ -31,7 +75,7 @@ def read_facets(
 
     Args:
         name: of the tool, for errors.
-        source: file that trimesh reads, or a mesh.
+        source: file that trimesh reads, a CAD file, or a mesh.
         scale: metres per unit of the file.
 
     Facets are made to face one way, those of closed solids outward.
@@ -40,6 +84,8 @@ def read_facets(
         InputError: if the file is missing, unreadable, empty or holds NaN.
     """
     positive("scale", scale)
+    if is_cad(source):
+        return cad_surface(name, source, scale)[0].mesh
     mesh = source if isinstance(source, trimesh.Trimesh) else _read_mesh(name, source)
     if len(mesh.faces) == 0:
         raise InputError(f"tool {name!r}: its mesh has no facets: give it a surface")

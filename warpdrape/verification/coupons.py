@@ -36,20 +36,23 @@ def picture_frame(quick: bool, folder: Path) -> list[CaseResult]:
         edge = 0.02 if quick else 0.005
         built = find_script("picture_frame").build(mesh=mesh, edge=edge, duration=0.08)
         built.run(run, frames=110, overwrite=True)
-        curve = np.genfromtxt(run / COUPON, delimiter=",", names=True)
-        wanted = curve[curve["shear_angle_deg"] >= 10.0]
-        off = np.abs(wanted["force_n"] / wanted["closed_form_force_n"] - 1.0)
-        worst = wanted[np.argmax(off)]
-        cases.append(
-            relative(
-                f"picture frame, {mesh}: force from 10° to 55°, at its worst",
-                worst["force_n"],
-                worst["closed_form_force_n"],
-                0.01,
-                "N",
-            )
-        )
+        name = f"picture frame, {mesh}: force from 10° to 55°, at its worst"
+        cases.append(relative(name, *worst_force(run, 10.0), 0.01, "N"))
     return cases
+
+
+def worst_force(run: Path, least: float) -> tuple[float, float]:
+    """Force of a coupon where it is farthest from its closed form, and that [N].
+
+    Args:
+        run: its folder.
+        least: shear angle from which on they are compared [deg].
+    """
+    curve = np.genfromtxt(run / COUPON, delimiter=",", names=True)
+    wanted = curve[curve["shear_angle_deg"] >= least]
+    off = np.abs(wanted["force_n"] / wanted["closed_form_force_n"] - 1.0)
+    worst = wanted[np.argmax(off)]
+    return float(worst["force_n"]), float(worst["closed_form_force_n"])
 
 
 def bias_extension(quick: bool) -> Iterator[CaseResult]:

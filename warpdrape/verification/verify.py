@@ -90,6 +90,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         invariance,
         mechanics,
         nets,
+        prepreg,
         rubber,
         sphere_net,
         wrinkling,
@@ -108,6 +109,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield hypoelastic.hypoelastic(quick)
     yield coupons.biaxial_tension(quick, folder)
     yield coupons.picture_frame(quick, folder)
+    yield prepreg.prepreg(quick, folder)
     yield coupons.bias_extension(quick)
     if not quick:
         yield coupons.convergence()

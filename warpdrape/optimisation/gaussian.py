@@ -1,0 +1,186 @@
+"""Where to look next by Gaussian processes, scikit-learn's: noise is fitted, limits are modelled.
+
+Objective and constraints have a process each, with a Matérn kernel of its own length along each
+axis and white noise. The next place has the largest expected improvement on the best mean so far
+(not the luckiest run) times the chance that all constraints hold (Schonlau, Welch & Jones 1998).
+Further places of a batch take those before them for known at their mean (kriging believer). Two
+objectives are weighed at random for each place (ParEGO, Knowles 2006).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from warpdrape.optimisation.known import Known, as_numbers
+from warpdrape.optimisation.space import CHOICE, SHARE, Axis, Place, features
+from warpdrape.results.pyvista_mesh import needed
+
+SMOOTH = 2.5
+"""Of the Matérn kernel: twice differentiable."""
+LENGTHS, NOISES = (0.05, 5.0), (1e-5, 0.5)
+"""Bounds of the kernel's lengths over the axis, and of the noise's share of the variance."""
+RESTARTS = 2
+"""Further starts of the fit."""
+FIELD, NEAR, BEST = 1500, 40, 8
+"""Places tried all over; near each of the best ones; how many of those."""
+STEPS = (0.2, 0.06, 0.02, 0.006)
+"""Standard deviations of the places tried near the best [-], one round each."""
+EVEN = 0.05
+"""Weight of the sum beside the larger one, where two objectives are weighed."""
+
+
+def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int) -> list[Place]:
+    """Ask for places at which a run promises most.
+
+    Args:
+        axes: the space.
+        known: what is known, with at least one score that counts.
+        count: how many places.
+        seed: of what is random.
+    """
+    rng = np.random.default_rng(seed)
+    places = np.array([each.place for each in known])
+    values, excess = as_numbers([each.score for each in known])
+    feasible = (excess <= 0.0).all(axis=1)
+    limits = [_Process(axes, places, column, seed) for column in excess.T if (column > 0.0).any()]
+    aim: _Process | None = None
+    found: list[Place] = []
+    for _ in range(count):
+        if aim is None or values.shape[1] > 1:
+            aim = _Process(axes, places, _weighed(values, rng), seed)
+            for place in found:
+                aim.believe(np.array([place]))
+        worth = _worth(aim, limits, places[feasible])
+        best = places[np.argsort(-worth(places), kind="stable")[:BEST]]
+        place = _climb(axes, worth, best, rng)
+        found.append(tuple(float(at) for at in place))
+        for process in (aim, *limits):
+            process.believe(place[None])
+    return found
+
+
+def _weighed(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """One objective as it is; of two the larger of both by random weights, shape [run]."""
+    if values.shape[1] == 1:
+        return values[:, 0]
+    width = np.ptp(values, axis=0)
+    share = (values - values.min(axis=0)) / np.where(width > 0.0, width, 1.0)
+    weight = rng.random()
+    weighed = share * np.array([weight, 1.0 - weight])
+    return weighed.max(axis=1) + EVEN * weighed.sum(axis=1)
+
+
+class _Process:
+    """A Gaussian process through what is known of one number.
+
+    Args:
+        axes: the space.
+        places: shape [run, axis].
+        values: shape [run].
+        seed: of the fit's further starts.
+    """
+
+    def __init__(
+        self, axes: Sequence[Axis], places: np.ndarray, values: np.ndarray, seed: int
+    ) -> None:
+        gaussian = needed("sklearn.gaussian_process", "optimise")
+        kernels = needed("sklearn.gaussian_process.kernels", "optimise")
+        self._axes, self._x, self._y = axes, features(axes, places), values
+        shape = kernels.Matern(np.full(self._x.shape[1], 0.5), LENGTHS, nu=SMOOTH)
+        kernel = kernels.ConstantKernel(1.0, (0.05, 20.0)) * shape
+        kernel += kernels.WhiteKernel(0.01, NOISES)
+        self._model = gaussian.GaussianProcessRegressor(
+            kernel, normalize_y=True, n_restarts_optimizer=RESTARTS, random_state=seed % 2**32
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of lengths at their bounds, which may be
+            self._model.fit(self._x, self._y)
+        self._fixed = self._model.kernel_
+        self._scale = float(np.std(values)) or 1.0
+
+    def believe(self, places: np.ndarray) -> None:
+        """Take the mean at places, shape [n, axis], for known; the kernel stays as it was."""
+        mean, _ = self.at(places)
+        self._x = np.vstack([self._x, features(self._axes, places)])
+        self._y = np.append(self._y, mean)
+        self._model.set_params(kernel=self._fixed, optimizer=None)
+        self._model.fit(self._x, self._y)
+
+    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean, and standard deviation without the noise of a run, both shape [n]."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mean, deviation = self._model.predict(features(self._axes, places), return_std=True)
+        noise = self._model.kernel_.k2.noise_level * float(np.std(self._y)) ** 2
+        least = (1e-6 * self._scale) ** 2
+        return mean, np.sqrt(np.maximum(deviation**2 - noise, least))
+
+
+def _worth(
+    aim: _Process, limits: Sequence[_Process], feasible: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Logarithm of what a run at places, shape [n, axis], promises, shape [n]."""
+    best = float(aim.at(feasible)[0].min()) if len(feasible) else None
+
+    def worth(places: np.ndarray) -> np.ndarray:
+        total = np.zeros(len(places))
+        if best is not None:
+            mean, deviation = aim.at(places)
+            total += np.log(deviation) + log_improvement((best - mean) / deviation)
+        for limit in limits:
+            mean, deviation = limit.at(places)
+            total += log_ndtr(-mean / deviation)
+        return total
+
+    return worth
+
+
+def log_improvement(z: np.ndarray) -> np.ndarray:
+    """Logarithm of φ(z) + z Φ(z), the expected improvement over the standard deviation.
+
+    Args:
+        z: how far the mean lies below the best, in standard deviations, shape [n].
+    """
+    z = np.asarray(z, dtype=float)
+    near = np.maximum(z, -5.0)
+    log_density = -0.5 * z**2 - 0.5 * np.log(2.0 * np.pi)
+    direct = np.log(np.exp(-0.5 * near**2) / np.sqrt(2.0 * np.pi) + near * np.exp(log_ndtr(near)))
+    far = np.maximum(-z, 5.0)
+    series = log_density - 2.0 * np.log(far) + np.log1p(-3.0 / far**2 + 15.0 / far**4)
+    return np.where(z > -5.0, direct, series)
+
+
+def _climb(
+    axes: Sequence[Axis],
+    worth: Callable[[np.ndarray], np.ndarray],
+    best: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """The place that promises most, of many all over and of those near the best, shape [axis]."""
+    shares = rng.random((FIELD, len(axes)))
+    field = np.array([[axis.at(float(u)) for axis, u in zip(axes, s, strict=True)] for s in shares])
+    tried = np.vstack([field, best])
+    for step in STEPS:
+        order = np.argsort(-worth(tried), kind="stable")
+        best = tried[order[:BEST]]
+        near = np.repeat(best, NEAR, axis=0)
+        for k, axis in enumerate(axes):
+            near[:, k] = _moved(axis, near[:, k], step, rng)
+        tried = np.vstack([best, near])
+    return tried[int(np.argmax(worth(tried)))]
+
+
+def _moved(axis: Axis, at: np.ndarray, step: float, rng: np.random.Generator) -> np.ndarray:
+    """Coordinates near others, within the axis; of words any now and then."""
+    if axis.kind == CHOICE:
+        other = rng.integers(int(axis.high) + 1, size=at.shape).astype(float)
+        return np.where(rng.random(at.shape) < step, other, at)
+    width = axis.high - axis.low
+    moved = at + step * width * rng.standard_normal(at.shape)
+    if axis.kind != SHARE:
+        moved = np.round(moved)
+    return np.clip(moved, axis.low, axis.high)

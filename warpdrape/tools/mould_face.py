@@ -1,0 +1,177 @@
+"""The face of a mould: what of a body is seen from above, and the flat rim round its shape."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+import trimesh
+import warp as wp
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from warpdrape.errors import InputError
+from warpdrape.kernels.fishnet.heights import compute_heights
+from warpdrape.tools.profile import Surface
+
+STEEP = math.sin(math.radians(2.0))
+"""Upward part of a facet's normal below which it is a wall; one that stands on what faces up and
+ends at it is part of the face, one round the outside of a block is not."""
+LEVEL = 1e-3
+"""How far a flat rim may be from level, over the face's size [-]."""
+FLAT = math.cos(math.radians(1.0))
+"""Upward part of a normal from which on a facet is level."""
+SEEN = 1e-5
+"""How far below what is seen from above a facet may lie and count as seen, over the size [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """What a mould shows from above.
+
+    Attributes:
+        surface: its facets, facing up.
+        rim: which of them are its flat rim, shape [facet].
+        level: height of that rim; of the border's mean where there is none [m].
+        hidden: area that faces up under something else, over that of the face [-].
+    """
+
+    surface: Surface
+    rim: np.ndarray
+    level: float
+    hidden: float
+
+    @property
+    def hollow(self) -> bool:
+        """Whether the shape lies below the rim, as in a female mould."""
+        mesh = self.surface.mesh
+        shape = ~self.rim
+        areas, heights = mesh.area_faces[shape], mesh.triangles_center[shape, 2]
+        return float(areas @ (heights - self.level)) <= 0.0
+
+    @property
+    def outline(self) -> shapely.Polygon:
+        """The shape within the rim as seen from above, its inner holes filled [m]."""
+        return plan(self.surface.mesh, ~self.rim)
+
+    @property
+    def outer(self) -> shapely.Polygon:
+        """The whole face as seen from above, its inner holes filled [m]."""
+        return plan(self.surface.mesh, np.ones(len(self.rim), dtype=bool))
+
+
+def face_of(who: str, surface: Surface) -> Face:
+    """Find the face of a body or an open surface.
+
+    Args:
+        who: for errors.
+        surface: closed solids face outward; open ones either way.
+
+    Raises:
+        InputError: if nothing of it faces up.
+    """
+    if not surface.mesh.is_watertight and _upward(surface.mesh).sum() < 0.0:
+        turned = trimesh.Trimesh(surface.mesh.vertices, surface.mesh.faces[:, ::-1], process=False)
+        surface = replace(surface, mesh=turned, normals=-surface.normals[:, ::-1])
+    mesh = surface.mesh
+    up = mesh.face_normals[:, 2] > STEEP
+    seen = up & _is_seen(mesh)
+    if not seen.any():
+        raise InputError(f"{who}: nothing of it faces up: turn it, or give up, such as '-z'")
+    kept = seen | _inner_walls(mesh, seen)
+    hidden = float(mesh.area_faces[up & ~seen].sum() / mesh.area_faces[kept].sum())
+    faces = trimesh.Trimesh(mesh.vertices, mesh.faces[kept], process=False)
+    faces.remove_unreferenced_vertices()
+    found = replace(surface, mesh=faces, normals=surface.normals[kept])
+    rim, level = _flat_rim(faces)
+    return Face(found, rim, level, hidden)
+
+
+def plan(mesh: trimesh.Trimesh, chosen: np.ndarray) -> shapely.Polygon:
+    """The largest outline of chosen facets seen from above, without holes [m]."""
+    corners = mesh.vertices[mesh.faces[chosen]][:, :, :2]
+    a, b, c = np.moveaxis(corners, 1, 0)
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    size = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-300)
+    polygons = shapely.polygons(corners[np.abs(area) > 1e-12 * size**2])
+    # Facets that share an edge are joined over rounding by a hair's breadth.
+    whole = shapely.union_all(shapely.buffer(polygons, 1e-6 * size, join_style="mitre"))
+    parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(whole)]
+    if not parts:
+        return shapely.Polygon()
+    return max(parts, key=lambda part: part.area).simplify(1e-6 * size)
+
+
+def _upward(mesh: trimesh.Trimesh) -> np.ndarray:
+    return mesh.face_normals[:, 2] * mesh.area_faces
+
+
+def _is_seen(mesh: trimesh.Trimesh) -> np.ndarray:
+    """Whether nothing lies over the middle of each facet, shape [facet]."""
+    corners = np.asarray(mesh.triangles, dtype=float)
+    query = wp.Mesh(
+        wp.array(corners.reshape(-1, 3), dtype=wp.vec3f, device="cpu"),
+        wp.array(np.arange(3 * len(corners)), dtype=wp.int32, device="cpu"),
+    )
+    middle = corners.mean(axis=1)
+    size = float(np.abs(corners).max())
+    heights = wp.empty(len(middle), dtype=wp.float64, device="cpu")
+    asked = wp.array(np.ascontiguousarray(middle[:, :2]), dtype=wp.vec2d, device="cpu")
+    given = [query.id, wp.array(corners, dtype=wp.vec3d, device="cpu"), asked, 2.0 * size, 1.0]
+    wp.launch(compute_heights, len(middle), given, outputs=[heights], device="cpu")
+    return heights.numpy() - middle[:, 2] < SEEN * size
+
+
+def _neighbours(mesh: trimesh.Trimesh, chosen: np.ndarray) -> np.ndarray:
+    """Number of the connected piece that each chosen facet belongs to, −1 for others."""
+    pairs = np.asarray(mesh.face_adjacency)
+    pairs = pairs[chosen[pairs].all(axis=1)]
+    size = (len(chosen), len(chosen))
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=size)
+    return np.where(chosen, connected_components(graph, directed=False)[1], -1)
+
+
+def _inner_walls(mesh: trimesh.Trimesh, seen: np.ndarray) -> np.ndarray:
+    """Upright facets that stand on seen ones and end at them all round, shape [facet]."""
+    upright = ~seen & (np.abs(mesh.face_normals[:, 2]) <= STEEP)
+    if not upright.any():
+        return upright
+    piece = _neighbours(mesh, upright)
+    pairs = np.asarray(mesh.face_adjacency)
+    count = np.bincount(pairs.ravel(), minlength=len(seen))
+    bad = set(piece[upright & (count < 3)].tolist())
+    for one, other in (pairs.T, pairs.T[::-1]):
+        bad |= set(piece[one][upright[one] & ~upright[other] & ~seen[other]].tolist())
+    return upright & ~np.isin(piece, list(bad))
+
+
+def _flat_rim(mesh: trimesh.Trimesh) -> tuple[np.ndarray, float]:
+    """Facets of a flat rim along the outer border, and its height [m]."""
+    ends = np.sort(mesh.edges, axis=1)
+    key, count = np.unique(ends, axis=0, return_counts=True)
+    border = np.unique(key[count == 1])
+    heights = mesh.vertices[border, 2]
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    # The border goes round outside: where the face has holes, the outermost vertices tell.
+    on_hull = _outermost(mesh.vertices[border, :2])
+    level = float(np.median(heights[on_hull]))
+    none = np.zeros(len(mesh.faces), dtype=bool)
+    if np.abs(heights[on_hull] - level).max() > LEVEL * size:
+        return none, float(heights[on_hull].mean())
+    at_level = np.abs(mesh.triangles[:, :, 2] - level).max(axis=1) <= LEVEL * size
+    flat = at_level & (mesh.face_normals[:, 2] > FLAT)
+    if not flat.any():
+        return none, level
+    piece = _neighbours(mesh, flat)
+    at_border = np.isin(mesh.faces, border[on_hull]).any(axis=1)
+    rim = flat & np.isin(piece, np.unique(piece[flat & at_border]))
+    return (none, level) if rim.all() else (rim, level)
+
+
+def _outermost(points: np.ndarray) -> np.ndarray:
+    """Which points lie on their convex hull, shape [n]."""
+    hull = shapely.MultiPoint(points).convex_hull
+    size = float(np.ptp(points, axis=0).max())
+    return shapely.distance(shapely.points(points), hull.boundary) <= 1e-6 * size
