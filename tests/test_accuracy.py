@@ -217,7 +217,7 @@ def test_a_run_is_off_by_no_more_than_it_says():
         off = abs(found["p95_shear_deg"] - exact["p95_shear_deg"])
         drawn = max(abs(v - exact["draw_in_m"][k]) for k, v in found["draw_in_m"].items())
         assert off <= said["p95_shear_deg"] < 1.5, accuracy
-        assert drawn <= said["draw_in_m"] < 1e-3, accuracy
+        assert drawn <= said["draw_in_m"] < 2e-3, accuracy
         assert "numerics: 95 % of shear" in summary_text(runs[accuracy])
     least = runs["reference"]["numerical_error"]
     assert least["softer_yarns"]["p95_shear_deg"] == 0.0

@@ -1,8 +1,8 @@
 """What the way of computing a run may have cost: an estimate from what the run itself shows.
 
 Every part is a measure of the run times the most that such a measure has cost where it was
-compared with a converged run (docs/performance.md): presses with one ply of a dry fabric. They add
-up: their signs are not known.
+compared with a converged run (docs/performance.md): presses with one ply of a dry fabric, on meshes
+as fine as their tools ask for. They add up: their signs are not known.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ SOFTENING_SHEAR = math.degrees(5.2)
 """Change of the 95th percentile of shear by a strain owed to softer yarns [deg]."""
 SOFTENING_DRAW_IN = 0.65
 """Change of the draw-in by such a strain, over the length of a yarn [-]: that of half of it."""
-INERTIA_SHEAR = 5.0
-"""Change of the percentile by kinetic over internal energy while loaded [deg]."""
-INERTIA_DRAW_IN = 0.015
+INERTIA_SHEAR = 16.5
+"""Change of the percentile by kinetic over internal energy while loaded [deg]: the double dome's."""
+INERTIA_DRAW_IN = 0.11
 """Change of the draw-in by it, over the length of a yarn [-]."""
 CONTACT_SHEAR, CONTACT_DRAW_IN = 1000.0, 0.5
 """Changes by a depth to which tools and plies came into each other [deg/m], [-]."""
