@@ -2,7 +2,7 @@
 
 from warpdrape import Ply, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import ACCURACY, DIE_EDGE, hemisphere_tools
+from warpdrape.scenes.press import ACCURACY, BRAKE, DIE_EDGE, hemisphere_tools
 from warpdrape.units import deg
 
 
@@ -14,7 +14,7 @@ def build(
     travel: float = 0.075,
     die_edge: float = DIE_EDGE,
     duration: float | None = None,
-    brake: float | None = None,
+    brake: float = BRAKE,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -38,8 +38,8 @@ def build(
         blank_size: side of the blank [m].
         travel: punch travel [m].
         die_edge: radius of the die's rounded edge [m].
-        duration: of the stroke; none for the accuracy's, 80 ms [s].
-        brake: share of the stroke in which the punch slows down, below 1; none for 0.85 [-].
+        duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on the ply [-].

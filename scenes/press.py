@@ -112,7 +112,7 @@ def press_scene(
     """
     plies = lay_up(plies)
     top = (0.0, 0.0, stack_top(plies))
-    duration, brake = stroke_of(parameters)
+    duration, brake = stroke_duration(parameters), parameters["brake"]
     stroke = Stroke(
         travel=(0.0, 0.0, -parameters["travel"]),
         duration=duration,
@@ -153,12 +153,11 @@ def accuracy_of(parameters: Mapping[str, Any]) -> str:
     return STANDARD if parameters["fast"] else accuracy
 
 
-def stroke_of(parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Duration of a press scene's stroke [s], and its brake: as given, or the accuracy's."""
-    duration, brake = parameters["duration"], parameters["brake"]
-    if duration is None:
-        duration = DURATIONS[accuracy_of(parameters)]
-    return duration, BRAKE if brake is None else brake
+def stroke_duration(parameters: Mapping[str, Any]) -> float:
+    """Duration of a press scene's stroke [s], as given or the accuracy's."""
+    if parameters["duration"] is None:
+        return DURATIONS[accuracy_of(parameters)]
+    return parameters["duration"]
 
 
 def press_numerics(parameters: Mapping[str, Any], plies: Sequence[Ply]) -> Numerics:

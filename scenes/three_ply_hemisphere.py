@@ -5,7 +5,7 @@ from typing import Any
 
 from warpdrape import Ply, Result, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import ACCURACY, hemisphere_tools
+from warpdrape.scenes.press import ACCURACY, BRAKE, hemisphere_tools
 from warpdrape.units import deg
 
 ANGLES_DEG = (45.0, 0.0, 45.0)
@@ -22,7 +22,7 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     duration: float | None = None,
-    brake: float | None = None,
+    brake: float = BRAKE,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -46,8 +46,8 @@ def build(
         cells: squares of four triangles along a side.
         blank_size: side of the blanks [m].
         travel: punch travel [m].
-        duration: of the stroke; none for the accuracy's, 80 ms [s].
-        brake: share of the stroke in which the punch slows down, below 1; none for 0.85 [-].
+        duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].

@@ -20,7 +20,7 @@ SOFTENING_SHEAR = math.degrees(5.2)
 SOFTENING_DRAW_IN = 0.65
 """Change of the draw-in by such a strain, over the length of a yarn [-]: that of half of it."""
 INERTIA_SHEAR = 16.5
-"""Change of the percentile by kinetic over internal energy while loaded [deg]: the double dome's."""
+"""Change of the percentile by kinetic over internal energy while loaded [deg]: a double dome's."""
 INERTIA_DRAW_IN = 0.11
 """Change of the draw-in by it, over the length of a yarn [-]."""
 CONTACT_SHEAR, CONTACT_DRAW_IN = 1000.0, 0.5
