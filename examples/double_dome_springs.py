@@ -80,7 +80,7 @@ def build(
         duration=duration,
         brake=brake,
         facet=facet,
-        fast=fast,
+        accuracy="standard" if fast else "reference",
     )
     ply = Ply.polygon(
         "ply_0",

@@ -2,7 +2,7 @@
 
 from warpdrape import Ply, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import DIE_EDGE, hemisphere_tools
+from warpdrape.scenes.press import ACCURACY, BRAKE, DIE_EDGE, hemisphere_tools
 from warpdrape.units import deg
 
 
@@ -13,8 +13,8 @@ def build(
     blank_size: float = 0.3,
     travel: float = 0.075,
     die_edge: float = DIE_EDGE,
-    duration: float = 0.08,
-    brake: float = 0.3,
+    duration: float | None = None,
+    brake: float = BRAKE,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -26,6 +26,7 @@ def build(
     contact: str = "fast",
     minimum_time_step: float = 0.0,
     mass_scaling: str = "plain",
+    accuracy: str = ACCURACY,
     fast: bool = False,
     approach: str = "semi_discrete",
 ) -> Scene:
@@ -37,7 +38,7 @@ def build(
         blank_size: side of the blank [m].
         travel: punch travel [m].
         die_edge: radius of the die's rounded edge [m].
-        duration: of the stroke [s].
+        duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
         brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
@@ -50,7 +51,8 @@ def build(
         contact: "fast", or "exact" to search for every vertex at every step.
         minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
-        fast: a quarter of the time, by softer yarns; the summary says what they cost.
+        accuracy: "draft", "standard" or "reference": the summary says what it costs.
+        fast: another name for the standard accuracy.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
             chains of bars; or a net, "fishnet", on the closed tools.
     """

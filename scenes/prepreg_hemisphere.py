@@ -5,7 +5,7 @@ from dataclasses import replace
 from warpdrape import Friction, InputError, Ply, Scene
 from warpdrape.errors import positive
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import hemisphere_tools
+from warpdrape.scenes.press import REFERENCE, STANDARD, hemisphere_tools
 from warpdrape.units import celsius, deg
 
 MELT = Friction(
@@ -79,6 +79,7 @@ def build(
         temperature=celsius(blank_celsius) if cloth.matrix.shift is not None else None,
     )
     fixed = {"kinetic_limit": 0.0, "mass_scaling": "plain", "contact": "fast"}
+    fixed["accuracy"] = STANDARD if fast else REFERENCE
     scene = hemisphere_tools(
         "prepreg_hemisphere", [ply], {**parameters, **fixed}, MELT, closing_time=closing_time
     )

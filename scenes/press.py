@@ -3,6 +3,7 @@
 The paper's Figure 4 prints no dimensions; these are this project's own.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,6 +20,10 @@ from warpdrape import (
     lay_up,
     stack_top,
 )
+from warpdrape.errors import one_of
+from warpdrape.materials.law_data import tension_stiffness
+from warpdrape.materials.laws import Unwoven
+from warpdrape.numerics import ACCURACIES
 from warpdrape.units import kg, mm
 
 PUNCH_RADIUS = 75 * mm
@@ -35,11 +40,18 @@ RAMP = 0.3
 """Share of the stroke in which the punch's speed rises, where ``brake`` leaves that much [-]."""
 FORCE_RAMP = 0.05
 """Share of the stroke in which the holder's force rises [-]."""
-FAST = Numerics(yarn_softening=36.0, search_slide=1e-4, contact_share=0.1)
-"""A fast run: steps five times as long, contacts sought 2.5 times less often.
-
-Contacts soften as the step grows; the larger share, at 13 % of the step, makes up for some of it.
-"""
+REFERENCE, STANDARD = "reference", "standard"
+"""Names of accuracies; the second is what ``fast`` stands for."""
+ACCURACY = STANDARD
+"""The accuracy where none is asked for: within 0.3° and 0.3 mm of a converged run."""
+DURATIONS = {"draft": 0.04, "standard": 0.08, "reference": 0.16}
+"""Time of a stroke by accuracy, where none is given [s]."""
+BRAKE = 0.85
+"""Share of a stroke in which the punch slows down, where none is given [-]: what inertia spoils is
+the end of it."""
+SOFTEST = 3.4e5
+"""Stiffness that yarns keep, however an accuracy softens them [N/m]: those of `carbon_interlock`
+over 100 keep more. Beyond that they would stretch by some tenths of a per cent."""
 
 
 def hemisphere_tools(
@@ -92,7 +104,7 @@ def press_scene(
         plies: from the die up.
         tools: punch and die and holder, the punch's lowest point and the flats at z = 0.
         parameters: of the scene; travel, duration, holder_force, contact_share, contact, brake,
-            kinetic_limit, minimum_time_step, mass_scaling, fast and approach are used.
+            kinetic_limit, minimum_time_step, mass_scaling, accuracy, fast and approach are used.
         friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
         holder_mass: [kg].
@@ -100,7 +112,7 @@ def press_scene(
     """
     plies = lay_up(plies)
     top = (0.0, 0.0, stack_top(plies))
-    duration, brake = parameters["duration"], parameters["brake"]
+    duration, brake = stroke_duration(parameters), parameters["brake"]
     stroke = Stroke(
         travel=(0.0, 0.0, -parameters["travel"]),
         duration=duration,
@@ -121,25 +133,63 @@ def press_scene(
         friction=friction,
         ply_friction=ply_friction,
         process_duration=None if closing_time is None else (1.0 + HOLD) * closing_time,
-        numerics=press_numerics(parameters),
+        numerics=press_numerics(parameters, plies),
         approach=parameters["approach"],
         parameters=parameters,
     )
 
 
-def press_numerics(parameters: Mapping[str, Any]) -> Numerics:
-    """How a press scene is computed, from its parameters."""
-    share = parameters["contact_share"]
-    numerics = Numerics(contact_share=share)
-    if parameters["fast"]:
-        numerics = replace(FAST, contact_share=max(share, FAST.contact_share))
+def accuracy_of(parameters: Mapping[str, Any]) -> str:
+    """The accuracy that a press scene's parameters ask for.
+
+    Raises:
+        InputError: if there is none of that name, or ``fast`` says another one.
+    """
+    accuracy = one_of("accuracy", parameters["accuracy"], ACCURACIES)
+    if parameters["fast"] and accuracy not in (ACCURACY, STANDARD):
+        raise InputError(
+            f"fast = true is accuracy = {STANDARD}, and accuracy = {accuracy}: leave one out"
+        )
+    return STANDARD if parameters["fast"] else accuracy
+
+
+def stroke_duration(parameters: Mapping[str, Any]) -> float:
+    """Duration of a press scene's stroke [s], as given or the accuracy's."""
+    if parameters["duration"] is None:
+        return DURATIONS[accuracy_of(parameters)]
+    return parameters["duration"]
+
+
+def press_numerics(parameters: Mapping[str, Any], plies: Sequence[Ply]) -> Numerics:
+    """How a press scene is computed, from its parameters.
+
+    Contacts soften with the step: an accuracy of longer steps keeps its own share of the stiffness,
+    unless a larger one is asked for.
+    """
+    numerics = Numerics.for_accuracy(accuracy_of(parameters))
+    share, softening = parameters["contact_share"], numerics.yarn_softening
+    if softening > 1.0:
+        share = max(share, numerics.contact_share)
+        softening = min(softening, *map(most_softening, plies))
     return replace(
         numerics,
+        yarn_softening=softening,
+        contact_share=share,
         contact=parameters["contact"],
         kinetic_limit=parameters["kinetic_limit"] or None,
         minimum_time_step=parameters["minimum_time_step"] or None,
         mass_scaling=parameters["mass_scaling"],
     )
+
+
+def most_softening(ply: Ply) -> float:
+    """How far an accuracy softens a ply's yarns at most [-]: what is weak already, hardly."""
+    fabric = ply.fabric
+    if isinstance(fabric.tension, Unwoven):
+        return math.inf
+    stiff_enough = min(tension_stiffness(fabric)) / SOFTEST
+    factor = fabric.compressive_factor
+    return max(min(stiff_enough, 1.0 / factor if factor > 0.0 else math.inf), 1.0)
 
 
 def read_layup(text: str) -> list[float]:

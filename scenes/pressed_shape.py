@@ -15,7 +15,7 @@ from warpdrape import InputError, Ply, Scene, Tool
 from warpdrape.errors import length, positive
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import ROOM, press_scene, read_layup
+from warpdrape.scenes.press import ACCURACY, BRAKE, ROOM, press_scene, read_layup
 from warpdrape.tools.profile import Piece, Surface
 from warpdrape.tools.shaped import holder
 from warpdrape.tools.sweep import sample_plan
@@ -37,7 +37,7 @@ class Press:
         blank_width: of the blanks along y [m].
         cells: squares of four triangles along x.
         travel: punch travel from where it touches the plies [m].
-        duration: of the stroke [s].
+        duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
         brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
@@ -51,7 +51,8 @@ class Press:
         contact: "fast", or "exact" to search for every vertex at every step.
         minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
-        fast: a quarter of the time, by softer yarns; the summary says what they cost.
+        accuracy: "draft", "standard" or "reference": the summary says what it costs.
+        fast: another name for the standard accuracy.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
             chains of bars; or a net, "fishnet", on the closed tools.
     """
@@ -61,8 +62,8 @@ class Press:
     blank_width: float = 300 * mm
     cells: int = 30
     travel: float
-    duration: float = 0.08
-    brake: float = 0.3
+    duration: float | None = None
+    brake: float = BRAKE
     kinetic_limit: float = 0.0
     holder_force: float = 100.0
     friction: float = 0.2
@@ -75,6 +76,7 @@ class Press:
     contact: str = "fast"
     minimum_time_step: float = 0.0
     mass_scaling: str = "plain"
+    accuracy: str = ACCURACY
     fast: bool = False
     approach: str = "semi_discrete"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from warpdrape import Ply, Result, Scene
 from warpdrape.materials.fabric_library import with_bending
-from warpdrape.scenes.press import hemisphere_tools
+from warpdrape.scenes.press import ACCURACY, BRAKE, hemisphere_tools
 from warpdrape.units import deg
 
 ANGLES_DEG = (45.0, 0.0, 45.0)
@@ -21,8 +21,8 @@ def build(
     cells: int = 20,
     blank_size: float = 0.3,
     travel: float = 0.075,
-    duration: float = 0.08,
-    brake: float = 0.85,
+    duration: float | None = None,
+    brake: float = BRAKE,
     kinetic_limit: float = 0.0,
     holder_force: float = 100.0,
     friction: float = 0.2,
@@ -35,6 +35,7 @@ def build(
     contact: str = "fast",
     minimum_time_step: float = 0.0,
     mass_scaling: str = "plain",
+    accuracy: str = ACCURACY,
     fast: bool = False,
     approach: str = "semi_discrete",
 ) -> Scene:
@@ -45,9 +46,8 @@ def build(
         cells: squares of four triangles along a side.
         blank_size: side of the blanks [m].
         travel: punch travel [m].
-        duration: of the stroke [s].
-        brake: share of the stroke in which the punch slows down, below 1 [-]; much of it, as plies
-            that inertia carries too far on each other stay there.
+        duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
+        brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
         holder_force: on the blank holder [N].
         friction: Coulomb coefficient of tools on plies [-].
@@ -60,7 +60,8 @@ def build(
         contact: "fast", or "exact" to search for every vertex at every step.
         minimum_time_step: mass is added until the stable step reaches it, 0 adds none [s].
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
-        fast: a quarter of the time, by softer yarns; the summary says what they cost.
+        accuracy: "draft", "standard" or "reference": the summary says what it costs.
+        fast: another name for the standard accuracy.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
             chains of bars; or a net, "fishnet", on the closed tools.
     """

@@ -185,7 +185,7 @@ def test_contact_that_creates_energy_warns_and_then_fails(tilt, verdict, device)
 @pytest.fixture(scope="module")
 def formed():
     """The hemisphere, coarse and quick."""
-    return hemisphere.build(cells=8, duration=0.04).run(frames=20)
+    return hemisphere.build(cells=8, duration=0.04, accuracy="reference").run(frames=20)
 
 
 def test_forming_balances_its_energy_and_is_quasi_static(formed):
@@ -209,7 +209,8 @@ def test_forming_balances_its_energy_and_is_quasi_static(formed):
 
 
 def test_fast_contact_forms_as_a_search_at_every_step_does(formed):
-    exact = hemisphere.build(cells=8, duration=0.04, contact="exact").run(frames=20)
+    finest = {"accuracy": "reference", "contact": "exact"}
+    exact = hemisphere.build(cells=8, duration=0.04, **finest).run(frames=20)
     assert exact.completed and exact.summary["energy_error"] < 0.001
     assert formed.summary["energy_error"] < 0.002
     apart = np.linalg.norm(exact.plies[0].points - formed.plies[0].points, axis=1)

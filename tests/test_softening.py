@@ -109,7 +109,8 @@ def test_a_fast_coarse_hemisphere_is_near_the_accurate_one():
     With 14 cells they differ by 0.26°, with 10 by 0.53°, with the usual 20 by 0.12°.
     """
     accurate, fast = (
-        hemisphere.build(cells=14, fast=fast).run(frames=10).summary for fast in (False, True)
+        hemisphere.build(cells=14, accuracy=accuracy).run(frames=10).summary
+        for accuracy in ("reference", "standard")
     )
     assert fast["status"] == "completed"
     assert fast["steps"] < 0.25 * accurate["steps"]
@@ -123,8 +124,8 @@ def test_a_fast_coarse_hemisphere_is_near_the_accurate_one():
 @pytest.mark.parametrize("angle_deg", [0.0, 45.0])
 def test_a_fast_hemisphere_is_within_half_a_degree(angle_deg):
     accurate, fast = (
-        hemisphere.build(angle_deg=angle_deg, fast=fast).run(frames=20).summary
-        for fast in (False, True)
+        hemisphere.build(angle_deg=angle_deg, accuracy=accuracy).run(frames=20).summary
+        for accuracy in ("reference", "standard")
     )
     assert fast["quasi_static"] and fast["steps"] < 0.25 * accurate["steps"]
     for name, limit in (("p95_shear_deg", 0.5), ("mean_abs_shear_deg", 0.5)):

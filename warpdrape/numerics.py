@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.over_time import never_negative
 from warpdrape.wording import brief
+
+ACCURACIES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {
+        "draft": {"yarn_softening": 100.0, "contact_share": 0.1, "search_slide": 1e-4},
+        "standard": {"yarn_softening": 36.0, "contact_share": 0.1, "search_slide": 1e-4},
+        "reference": {},
+    }
+)
+"""Accuracies by name: what each changes of a `Numerics`, chosen by errors measured against a
+converged run (docs/performance.md). Softer yarns make steps longer; contacts soften with the
+square of the step, and the larger share, at 13 % of the step, makes up for some of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +70,19 @@ class Numerics:
     graph: bool = True
 
     __repr__ = brief
+
+    @classmethod
+    def for_accuracy(cls, accuracy: str, **changes: Any) -> Numerics:
+        """Numerics of an accuracy, for a press with dry plies that yarns do not carry.
+
+        Args:
+            accuracy: "draft", "standard" or "reference", which is ``Numerics()``.
+            changes: further fields, which count more than the accuracy's own.
+
+        Raises:
+            InputError: if there is no such accuracy.
+        """
+        return cls(**{**ACCURACIES[one_of("accuracy", accuracy, ACCURACIES)], **changes})
 
     def __post_init__(self) -> None:
         one_of("averaging", self.averaging, ("pairs", "plain"))

@@ -18,6 +18,7 @@ from warpdrape.materials.laws import Unwoven
 from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
+from warpdrape.results.numerical_error import numerical_error
 from warpdrape.results.process_clock import process_entries
 from warpdrape.results.quasi_static import (
     LEAST_LOADED,
@@ -117,7 +118,7 @@ def summarise(
     warnings += too_hard(model.scene, model.spans, model.timing, model.masses.mass)
     for ply, formed in zip(model.scene.plies, plies, strict=True):
         warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
-    return {
+    entries = {
         "status": "failed" if failure else "completed",
         "message": closing_words(failure, warnings),
         "warnings": warnings,
@@ -155,6 +156,7 @@ def summarise(
             for number, ply in enumerate(plies)
         ],
     }
+    return entries | {"numerical_error": numerical_error(entries, model.scene.plies)}
 
 
 def closing_words(failure: str, warnings: Sequence[str]) -> str:

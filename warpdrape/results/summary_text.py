@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from warpdrape.results.defect_text import defect_lines, judgement_lines
+from warpdrape.results.numerical_error import numerical_error_text
 from warpdrape.results.process_clock import process_words
 from warpdrape.results.run_folder import COUPON, COUPON_PLOT, HISTORY, RUN, SCENE, SUMMARY
 
@@ -42,6 +43,9 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     if summary["interfaces"]:
         parts.append(table_text(interface_rows(summary["interfaces"])))
     parts.append(quality(summary))
+    if "numerical_error" in summary:
+        words = numerical_error_text(summary["numerical_error"], len(summary["plies"]))
+        parts[-1] += "\n" + textwrap.fill(words, WIDTH, subsequent_indent="  ")
     if summary["reported"]:
         parts.append("\n".join(reported_lines(summary)))
     if summary["warnings"]:
