@@ -92,6 +92,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         nets,
         rubber,
         sphere_net,
+        unit_cell,
         wrinkling,
     )
 
@@ -99,6 +100,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield bending.bending(quick)
     yield friction.friction(quick)
     yield compaction.compaction(quick)
+    yield unit_cell.unit_cell(quick)
     yield nets.nets(quick)
     yield bulge.bulge(quick)
     yield rubber.rubber_sheets(quick)
