@@ -199,6 +199,7 @@ def test_command_line(argv, words, refused):
         # Clamps, motions and numerics
         ("Stroke(travel=(0, 0, 'down'), duration=1.0)", "must be three finite numbers"),
         ("scene(clamps=[Clamp(name='c', ply='b', where=[0])])", "unknown ply 'b'"),
+        ("Clamp(name='c', ply='a', where=[0], motion=3)", "give a Stroke, Stages, Path or Still"),
         ("scene(numerics=Numerics(averaging='pair'))", "did you mean 'pairs'?"),
         ("scene(numerics=3)", "numerics = 3 must be a warpdrape.Numerics"),
         ("scene(gravity=-9.81)", "gravity = -9.81 must be three finite numbers"),

@@ -76,7 +76,8 @@ class Clamp:
             raise InputError(f"clamp name = {said(self.name)} must be a plain identifier")
         if not isinstance(self.motion, Prescribed):
             raise InputError(
-                f"clamp {self.name!r}: motion = {said(self.motion)} must be prescribed"
+                f"clamp {self.name!r}: motion = {said(self.motion)} must be prescribed: give a "
+                "Stroke, Stages, Path or Still; a force pulls by a Spring"
             )
         vector(f"clamp {self.name!r}: follow", self.follow)
         one_of(f"slope of clamp {self.name!r}", self.slope, ("held", "free"))
