@@ -110,12 +110,15 @@ def test_script_and_fabric_of_the_usage_page(tmp_path):
     script.write_text(blocks(usage, "python")[0], encoding="utf-8")
     scene = find_script(script).make(["angle_deg=30"])
     assert [tool.name for tool in scene.tools] == ["die", "holder", "punch"]
-    text, compaction = blocks(usage, "toml")
+    text, compaction, crossover = blocks(usage, "toml")
     fabric = tmp_path / "my_twill.toml"
     fabric.write_text(text, encoding="utf-8")
     assert load_fabric(fabric).areal_density == 0.6
     fabric.write_text(text + compaction, encoding="utf-8")
     assert load_fabric(fabric).compaction.pressures[-1] == 75e3
+    fabric.write_text(text + crossover, encoding="utf-8")
+    law = load_fabric(fabric).crossover
+    assert (law.slip_force_weft, law.stiffness_warp, law.friction) == (0.06, 800.0, 0.0)
 
 
 def test_lines_of_python_on_the_usage_page(capsys):
