@@ -34,6 +34,7 @@ BARELY_TURNED = 1e-5
 COLUMN_LABELS = {
     "shear_angle_deg": "shear angle [°]",
     "warp_strain": "warp strain [-]",
+    "pulled_m": "drawn out [m]",
 }
 
 
