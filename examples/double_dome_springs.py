@@ -9,13 +9,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
+
 from warpdrape import InputError, Ply, Result, Scene, Spring, lay_up
 from warpdrape.scenes.double_dome import build as double_dome
 
 FRAME = 0.1
 """From a grip to the frame that its spring hangs on [m]."""
 FLANGE = 0.005
-"""Depth below the die's flat down to which what lies there is flange [m]: half the edge's radius."""
+"""Depth below the die's flat down to which it is flange [m]: half the radius of its edge."""
 
 
 def build(

@@ -4,7 +4,7 @@ Objective and constraints have a process each, with a Matérn kernel of its own 
 axis and white noise. The next place has the largest expected improvement on the best mean so far
 (not the luckiest run) times the chance that all constraints hold (Schonlau, Welch & Jones 1998).
 Further places of a batch take those before them for known at their mean (kriging believer). Two
-objectives are weighed at random for each place (ParEGO, Knowles 2006).
+objectives are weighed, by other weights for each place (ParEGO, Knowles 2006).
 """
 
 from __future__ import annotations
