@@ -3,6 +3,9 @@
 import csv
 import json
 import math
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -469,10 +472,32 @@ def test_command_refuses_what_makes_no_sense(tmp_path, capsys):
 
 
 def test_what_a_method_needs_is_said(tmp_path, monkeypatch, capsys):
-    import sys
+
 
     path = tmp_path / "tiny.toml"
     path.write_text(TINY + 'method = "tpe"\n', encoding="utf-8")
     monkeypatch.setitem(sys.modules, "optuna", None)
     assert main(["optimise", str(path), "--out", str(tmp_path / "o")]) == 2
     assert "pip install 'warpdrape[optimise]'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_an_optimisation_that_is_killed_goes_on(tmp_path):
+    path = tmp_path / "tiny.toml"
+    path.write_text(TINY, encoding="utf-8")
+    command = ["optimise", str(path), "--workers", "1", "--quiet"]
+    argv = [sys.executable, "-m", "warpdrape", *command, "--out", str(tmp_path / "cut")]
+    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.DEVNULL)
+    outcomes = tmp_path / "cut" / "outcomes"
+    until = time.monotonic() + 300.0
+    while len(list(outcomes.glob("*.json"))) < 3 and time.monotonic() < until:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    assert 3 <= len(list(outcomes.glob("*.json"))) < 10
+    for name in ("cut", "whole"):
+        assert main([*command, "--out", str(tmp_path / name)]) == 0
+    plans = [json.loads((tmp_path / n / "plan.json").read_text("utf-8")) for n in ("cut", "whole")]
+    assert plans[0]["trials"] == plans[1]["trials"]
+    answers = [(tmp_path / n / "answer.json").read_text("utf-8") for n in ("cut", "whole")]
+    assert answers[0] == answers[1]
