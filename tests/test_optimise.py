@@ -473,7 +473,6 @@ def test_command_refuses_what_makes_no_sense(tmp_path, capsys):
 
 def test_what_a_method_needs_is_said(tmp_path, monkeypatch, capsys):
 
-
     path = tmp_path / "tiny.toml"
     path.write_text(TINY + 'method = "tpe"\n', encoding="utf-8")
     monkeypatch.setitem(sys.modules, "optuna", None)
