@@ -75,7 +75,7 @@ def test_the_same_seed_gives_the_same_runs(tmp_path):
     assert rows[0] == rows[1] and rows[0][1:] != rows[2][1:]
 
 
-@pytest.mark.parametrize("after", [0, 1, 3, 12, 30])
+@pytest.mark.parametrize("after", [0, 1, 3, 12, 30, 44])
 def test_cut_off_and_started_again_it_comes_to_the_same(tmp_path, after):
     path = write_formulas(tmp_path, TPE)
     whole, _ = optimised(path, tmp_path / "whole", bowl)
