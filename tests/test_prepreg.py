@@ -351,8 +351,10 @@ def test_a_scene_without_the_processs_time_is_refused_and_advice_works():
     with pytest.raises(InputError, match="needs process_duration"):
         picture_frame.build(fabric=CARD)
     assert picture_frame.build(fabric=CARD, process_duration=5.0).pace == pytest.approx(0.02)
-    with pytest.raises(InputError, match=r"approach = 'yarns' does not know: take 'semi_discrete'"):
-        frame(approach="yarns")
+    for bars in ("yarns", "sliding_yarns"):
+        words = rf"approach = '{bars}' does not know: take 'semi_discrete'"
+        with pytest.raises(InputError, match=words):
+            frame(approach=bars)
     assert frame(approach="semi_discrete").approach == "semi_discrete"
     scene, selective = frame(), Numerics(mass_scaling="selective", minimum_time_step=1e-5)
     with pytest.raises(InputError, match=r"mass_scaling = 'selective' does not know: take 'plain'"):
