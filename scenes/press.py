@@ -21,7 +21,7 @@ from warpdrape import (
     stack_top,
 )
 from warpdrape.errors import one_of
-from warpdrape.materials.law_data import tension_stiffness
+from warpdrape.materials.law_data import taut_stiffness
 from warpdrape.materials.laws import Unwoven
 from warpdrape.numerics import ACCURACIES
 from warpdrape.units import kg, mm
@@ -187,7 +187,7 @@ def most_softening(ply: Ply) -> float:
     fabric = ply.fabric
     if isinstance(fabric.tension, Unwoven):
         return math.inf
-    stiff_enough = min(tension_stiffness(fabric)) / SOFTEST
+    stiff_enough = min(taut_stiffness(fabric)) / SOFTEST
     factor = fabric.compressive_factor
     return max(min(stiff_enough, 1.0 / factor if factor > 0.0 else math.inf), 1.0)
 

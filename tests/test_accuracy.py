@@ -15,7 +15,7 @@ from law_checks import fabric
 from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
-from warpdrape.materials.laws import IsotropicMembrane, LinearTension
+from warpdrape.materials.laws import IsotropicMembrane, LinearTension, TabulatedTension
 from warpdrape.numerics import ACCURACIES, Numerics
 from warpdrape.report.words import result_section
 from warpdrape.results import numerical_error as cost
@@ -132,6 +132,23 @@ def test_yarns_that_are_weak_already_are_softened_less():
     assert most_softening(Ply.rectangle("ply", weaker(1e3), 0.3, cells=4)) == 1.0
     sheet = fabric(IsotropicMembrane(2e4, 0.3))
     assert most_softening(Ply.rectangle("ply", sheet, 0.3, cells=4)) == math.inf
+
+
+def test_a_table_is_softened_by_what_its_toe_can_bear():
+    """Where crimp goes little tension is much strain: softened, the whole toe would be gone."""
+    card = load_fabric("carbon_interlock")
+    strains = np.linspace(-0.01, 0.01, 21)
+    straight = 46e3 * np.maximum(strains, 0.01 * strains)
+    toe = 46e3 * np.maximum(strains - 0.005, 0.01 * (strains - 0.005)) + 2.3
+
+    def most(tensions):
+        table = np.tile(tensions, (len(strains), 1))
+        law = TabulatedTension(strains, strains, table.T, table)
+        cloth = replace(card, name="table", tension=law)
+        return most_softening(Ply.rectangle("ply", cloth, 0.3, cells=4))
+
+    assert most(straight) > 50.0
+    assert most(toe) < 2.0
 
 
 def test_two_accuracies_at_once_are_refused_and_the_advice_helps():

@@ -173,6 +173,23 @@ def tension_stiffness(fabric: Fabric) -> tuple[float, float]:
             return bound, bound
 
 
+def taut_stiffness(fabric: Fabric) -> tuple[float, float]:
+    """The least stiffness of the sheet along its yarns while they are taut [N/m].
+
+    A table's is that of its toe, where crimp goes; of other laws, which have none or keep its
+    geometry however weak the yarns are, that of `tension_stiffness`.
+    """
+    law = fabric.tension
+    if not isinstance(law, TabulatedTension):
+        return tension_stiffness(fabric)
+    energy, flat = _fitted(law, fabric.yarn_width), np.zeros(1)
+    warp, weft = (strains[strains >= 0.0] for strains in _sampled_strains(energy))
+    return (
+        float(energy.derivative(warp, flat, (2, 0)).min()),
+        float(energy.derivative(flat, weft, (0, 2)).min()),
+    )
+
+
 def _table_stiffness(energy: SplineEnergy) -> tuple[np.ndarray, np.ndarray]:
     """Largest ∂N_α/∂ε_α of both families, and |∂N1/∂ε2|, inside a table [N/m]."""
     strains = _sampled_strains(energy)
