@@ -15,7 +15,7 @@ from warpdrape.checks.roundings import smallest_rounding
 from warpdrape.checks.words import cautions, geometry_words
 from warpdrape.contact.closing import closing_tools, narrowest_gaps
 from warpdrape.dynamics.stepping import Stepper
-from warpdrape.scenes import hemisphere
+from warpdrape.scenes import hemisphere, prepreg_hemisphere
 from warpdrape.tools.motion import smooth_ramp
 
 THICKNESS = 6e-4
@@ -214,3 +214,13 @@ def test_limits_of_the_scene_are_said_and_kept(tmp_path):
     assert any("wrinkle_amplitude 0.5 mm" in text and "shear_deg 40" in text for text in said)
     with pytest.raises(InputError, match=r"limits = 3 must be warpdrape.Limits"):
         scene(limits=3)
+
+
+def test_a_prepreg_is_said_with_its_clock_and_temperatures(tmp_path):
+    said: list[str] = []
+    wet = prepreg_hemisphere.build(cells=4, facet=0.02, closing_time=5.0)
+    check_scene(wet, tmp_path / "wet.png", device="cpu", frames=2, say=said.append)
+    words = "\n".join(said)
+    assert "ms for 6 s of the process, by the approach" in said[0]
+    assert words.count("; at 200 °C") == 3 and words.count("; at 260 °C") == 1
+    assert "°C" not in geometry_words(hemisphere.build(cells=4, facet=0.02))

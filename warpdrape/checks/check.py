@@ -35,7 +35,10 @@ def check_scene(
         InputError: if a run of it would be refused, or the picture cannot be written.
     """
     fishnet = scene.approach == "fishnet"
-    say(f"{scene.name}: {1e3 * scene.duration:.4g} ms, by the approach {scene.approach!r}")
+    process = (
+        f" for {scene.process_duration:.4g} s of the process" if scene.process_duration else ""
+    )
+    say(f"{scene.name}: {1e3 * scene.duration:.4g} ms{process}, by the approach {scene.approach!r}")
     say(f"\n{geometry_words(scene)}")
     say(f"\nLimits: {_limit_words(scene.limits)}")
     say(f"\nPicture: {draw_start(scene, out)}")

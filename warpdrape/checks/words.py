@@ -17,6 +17,7 @@ from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
 from warpdrape.tools.mould_face import borders, plan
 from warpdrape.tools.tool import Tool
+from warpdrape.units import celsius
 from warpdrape.wording import brief, size
 
 ROUGH = 0.05
@@ -73,7 +74,12 @@ def _tool(scene: Setup, tool: Tool) -> str:
     speed = ""
     if not isinstance(tool.motion, Float) and tool.peak_speed > 0.0:
         speed = f", at up to {tool.peak_speed:.2g} m/s"
-    return f"{tool.name}{source}: {shape}; {_motion(tool)}{speed}{turns}"
+    warmth = _degrees(tool.temperature)
+    return f"{tool.name}{source}: {shape}; {_motion(tool)}{speed}{turns}{warmth}"
+
+
+def _degrees(kelvin: float | None) -> str:
+    return "" if kelvin is None else f"; at {kelvin - celsius(0.0):.4g} °C"
 
 
 def _motion(tool: Tool) -> str:
@@ -90,7 +96,7 @@ def _ply(ply: Ply) -> str:
         f"{ply.name}: {size(ply.mesh.vertices)}, {fabric.name}, {1e3 * fabric.thickness:.3g} mm, "
         f"{1e3 * fabric.areal_density:.4g} g/m²; warp at {warp:.4g}° from x, weft at {weft:.4g}°; "
         f"{len(ply.mesh.triangles):,} triangles with sides of {1e3 * side_of(ply):.3g} mm; its "
-        f"middle at z {1e3 * ply.z:.4g} mm"
+        f"middle at z {1e3 * ply.z:.4g} mm{_degrees(ply.warmth)}"
     )
 
 
