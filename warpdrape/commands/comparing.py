@@ -28,7 +28,7 @@ PAGE = "comparison.html"
 
 def compare(arguments: argparse.Namespace) -> list[Compared]:
     """Run a scene by each approach, write and print the comparison; return what each came to."""
-    from warpdrape.commands.scene_library import find_script
+    from warpdrape.commands.scene_library import find_typed
 
     approaches = read_approaches(arguments.approaches)
     options: dict[str, Any] = {"device": arguments.device, "threads": None}
@@ -36,7 +36,7 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
     if arguments.threads is not None:
         options["threads"] = whole("--threads", arguments.threads, least=1)
     with interrupt_kept():
-        script = find_script(arguments.scene)
+        script = find_typed(arguments.scene)
         _check_settings(script, arguments.settings)
     folder = Path(OUT, f"{script.name}_approaches") if arguments.out is None else arguments.out
     folder = Path(folder)
