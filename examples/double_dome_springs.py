@@ -16,7 +16,7 @@ from warpdrape.scenes.double_dome import build as double_dome
 FRAME = 0.1
 """From a grip to the frame that its spring hangs on [m]."""
 FLANGE = 0.005
-"""Depth below the die's flat to which what lies there is flange [m]: half the edge's radius."""
+"""Depth below the die's flat down to which it is flange [m]: half the radius of its edge."""
 
 
 def build(
@@ -80,7 +80,7 @@ def build(
         duration=duration,
         brake=brake,
         facet=facet,
-        accuracy="standard" if fast else "reference",
+        fast=fast,
     )
     ply = Ply.polygon(
         "ply_0",

@@ -15,6 +15,7 @@ from warpdrape.coupons.coupon import (
     coupon_files,
     coupon_mesh,
     coupon_numerics,
+    process_rate,
     shear_curve,
     steady_pull,
 )
@@ -34,6 +35,8 @@ def build(
     duration: float = 0.15,
     damping: float = 20.0,
     averaging: str = "pairs",
+    process_duration: float = 0.0,
+    temperature: float = 0.0,
     approach: str = "semi_discrete",
 ) -> Scene:
     """Build a bias-extension test, pulled along ``height``.
@@ -49,6 +52,9 @@ def build(
         duration: of the pull; inertia bears little of the force from 3° on [s].
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
+        process_duration: time that the test takes for the pull, for a fabric with a viscous
+            matrix; 0 for one without [s].
+        temperature: of the sample, likewise; 0 for that at which its viscosity is given [K].
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or
             "yarns", chains of bars.
     """
@@ -63,16 +69,30 @@ def build(
     flat = coupon_mesh(
         width, height, edge, mesh, warp_angle=45 * deg, mesh_angle=mesh_angle_deg * deg
     )
-    ply = Ply(name="ply_0", fabric=fabric, mesh=flat, warp_angle=45 * deg)
+    ply = Ply(
+        name="ply_0",
+        fabric=fabric,
+        mesh=flat,
+        warp_angle=45 * deg,
+        temperature=temperature or None,
+    )
     check_woven(ply.fabric)
     pull = steady_pull((0.0, float(bias_travel(width, height, angle)), 0.0), duration)
+
+    def angle_at(time: np.ndarray) -> np.ndarray:
+        return bias_angle(width, height, pull.displacement(time)[..., 1])
+
+    def force(result, angles: np.ndarray) -> np.ndarray:
+        times, pace = result.history["loading_time_s"], duration / (process_duration or np.inf)
+        wet = {"rate": process_rate(angle_at, times, pace), "temperature": ply.temperature}
+        return bias_force(ply.fabric, width, height, angles, **wet)
 
     def curve(result) -> Curve:
         return shear_curve(
             result,
             "upper",
             lambda d: bias_angle(width, height, d),
-            lambda g: bias_force(ply.fabric, width, height, g),
+            lambda g: force(result, g),
             lambda centers: np.abs(centers).sum(axis=1) < 0.5 * (height - width) - edge,
         )
 
@@ -81,6 +101,7 @@ def build(
         plies=[ply],
         clamps=[_clamp("lower", -0.5 * height), _clamp("upper", 0.5 * height, pull)],
         duration=duration,
+        process_duration=process_duration or None,
         gravity=(0.0, 0.0, 0.0),
         self_contact=False,
         numerics=coupon_numerics(averaging, damping),

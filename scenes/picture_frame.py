@@ -17,14 +17,12 @@ from warpdrape.coupons.coupon import (
     coupon_files,
     coupon_mesh,
     coupon_numerics,
+    process_rate,
     shear_curve,
     steady_pull,
 )
 from warpdrape.errors import positive
 from warpdrape.units import deg
-
-INSTANT = 1e-6
-"""Half of the time over which a rate is taken [s]."""
 
 
 def build(
@@ -79,15 +77,10 @@ def build(
         matrix[..., 2, 2] = 1.0
         return matrix
 
-    def rate(time: np.ndarray) -> np.ndarray:
-        ends = frame_angle(side, travel(np.add.outer((-INSTANT, INSTANT), time)))
-        return np.diff(ends, axis=0)[0] / (2.0 * INSTANT) * duration / process_duration
-
     def force(result, angles: np.ndarray) -> np.ndarray:
-        if not process_duration:
-            return frame_force(ply.fabric, side, angles)
-        rates = rate(result.history["loading_time_s"])
-        return frame_force(ply.fabric, side, angles, rate=rates, temperature=ply.temperature)
+        times, pace = result.history["loading_time_s"], duration / (process_duration or np.inf)
+        rate = process_rate(lambda time: frame_angle(side, travel(time)), times, pace)
+        return frame_force(ply.fabric, side, angles, rate=rate, temperature=ply.temperature)
 
     def curve(result) -> Curve:
         return shear_curve(

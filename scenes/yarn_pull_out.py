@@ -27,7 +27,7 @@ def build(
     sides: int = 2,
     travel: float = 0.03,
     held: str = "crossovers",
-    duration: float = 0.03,
+    duration: float = 0.06,
     damping: float = 20.0,
 ) -> Scene:
     """Build a pull-out test along the warp, which lies along x.

@@ -53,9 +53,9 @@ class Led:
             found[name] = value
         return found
 
-    def step(self, x, slides):
-        """Forces [N], and the crossovers after a step."""
-        memory, plies = self.of.start(), start_plies(x, self.device)
+    def step(self, x, slides, memory=None):
+        """Forces [N], and the crossovers after a step; from what bars remember, if it is given."""
+        memory, plies = memory or self.of.start(), start_plies(x, self.device)
         memory.slides.assign(slides)
         run = Run(0, len(x))
         share = Share(0, 1, (run,), ((run,),))

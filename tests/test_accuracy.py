@@ -5,6 +5,7 @@ import inspect
 import math
 import sys
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension
 from warpdrape.numerics import ACCURACIES, Numerics
+from warpdrape.report.words import result_section
 from warpdrape.results import numerical_error as cost
 from warpdrape.results.numerical_error import (
     longest_yarn,
@@ -189,17 +191,35 @@ def test_every_cause_counts_and_they_add_up():
 def test_where_nothing_can_be_said_that_is_said(change, reason):
     entry = numerical_error(MEASURES | change, [blank()])
     assert entry == {"not_known": reason}
-    assert numerical_error_text(entry, 1) == f"what the numerics cost is not known: {reason}"
+    words = numerical_error_text({"numerical_error": entry, "plies": [{}]})
+    assert words == f"what the numerics cost is not known: {reason}"
+
+
+def said(entry, plies):
+    """An estimate in words, in a run of so many plies."""
+    return numerical_error_text({"numerical_error": entry, "plies": [{}] * plies})
+
+
+def test_a_summary_without_an_estimate_says_nothing():
+    """One of an older run, or of a net."""
+    assert numerical_error_text({"plies": [{}]}) == ""
 
 
 def test_the_words_name_what_counts():
     given = {"softening_strain": 1e-3, "kinetic_ratio_loaded": 1e-6, "max_penetration_m": 1e-8}
     entry = numerical_error(MEASURES | given, [blank()])
-    words = numerical_error_text(entry, 1)
+    words = said(entry, 1)
     assert "may be off by 0.30° and 0.20 mm (softer yarns 0.30° and 0.20 mm)" in words
-    assert "rounding" not in words and "rounding alone" in numerical_error_text(entry, 3)
-    none = numerical_error_text(numerical_error(MEASURES, [blank()]), 1)
+    assert "rounding" not in words and "rounding alone" in said(entry, 3)
+    none = said(numerical_error(MEASURES, [blank()]), 1)
     assert none.endswith("may be off by 0.00° and 0.00 mm")
+
+
+def test_run_and_report_say_it(pressed):
+    result, _ = pressed
+    words = numerical_error_text(result.summary)
+    assert "numerics" in words and escape(words) in str(result_section(result.summary))
+    assert words in " ".join(summary_text(result.summary).split())
 
 
 def test_a_run_is_off_by_no_more_than_it_says():

@@ -132,7 +132,8 @@ def test_cautions_of_coarse_plies_and_of_plies_beyond_the_holder():
     ring = Tool.blank_holder(hole_radius=0.03, outer_radius=0.045, motion=Float(force=10.0))
     fine = scene(radius=0.02, tools=[scene().tools[1], ring.moved((0, 0, 2 * THICKNESS))])
     for name, beyond in zip(("ply_0", "ply_1"), cautions(fine), strict=True):
-        assert f"ply {name!r} goes 5 mm beyond tool 'holder'" in beyond
+        corner = 1e3 * (0.05 * math.sqrt(2.0) - 0.045)
+        assert f"ply {name!r} goes {corner:.3g} mm beyond tool 'holder'" in beyond
     coarse = [Ply.rectangle("ply_0", "carbon_interlock", 0.1, cells=3)]
     said = cautions(scene(plies=lay_up(coarse)))
     assert said[0].startswith("triangles with sides of 33.3 mm span radii as chords: 4.98 mm of")

@@ -126,12 +126,15 @@ def test_script_of_the_usage_page(tmp_path):
 
 
 def test_card_of_the_page_of_fabrics(tmp_path):
-    text, compaction = blocks(ROOT / "docs" / "fabrics.md", "toml")
+    text, compaction, crossover = blocks(ROOT / "docs" / "fabrics.md", "toml")
     fabric = tmp_path / "my_twill.toml"
     fabric.write_text(text, encoding="utf-8")
     assert load_fabric(fabric).areal_density == 0.6
     fabric.write_text(text + compaction, encoding="utf-8")
     assert load_fabric(fabric).compaction.pressures[-1] == 75e3
+    fabric.write_text(text + crossover, encoding="utf-8")
+    law = load_fabric(fabric).crossover
+    assert (law.slip_force_weft, law.stiffness_warp, law.friction) == (0.06, 800.0, 0.0)
 
 
 def test_lines_of_python_on_the_usage_page(capsys):

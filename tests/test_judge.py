@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from warpdrape import InputError, cli
-from warpdrape.defects.limits import Limits, read_limits
+from warpdrape.defects.limits import Limits, limits_entry, limits_of, read_limits
+from warpdrape.results.defect_text import judgement_lines
 from warpdrape.results.judgement import judge, not_judged, verdict
 from warpdrape.results.run_folder import JUDGEMENT
 from warpdrape.results.run_tables import read_history, read_summary
@@ -179,3 +180,19 @@ def test_judging_a_run_folder(tmp_path, capsys):
     (folder / "summary.json").write_text(json.dumps(failed))
     assert cli.main(["judge", str(folder)]) == cli.FAILED
     assert cli.main(["judge", str(tmp_path / "nowhere")]) == cli.UNUSABLE
+
+
+def test_limits_of_the_scene_come_back_from_the_summary_and_are_judged_by():
+    own = Limits(shear_deg=40.0, wrinkle_amplitude=None, coverage={"punch": 0.5})
+    kept = json.loads(json.dumps(limits_entry(own)))
+    assert limits_of({"limits": kept}) == own
+    assert limits_of({}) == limits_of({"limits": None}) == Limits()
+    assert limits_entry(None) is None
+    with pytest.raises(InputError, match="limits of another version"):
+        limits_of({"limits": {"sheen": 3}})
+    (line,) = judgement_lines(
+        summary() | {"status": "completed", "limits": limits_entry(Limits(shear_deg=40.0))}
+    )
+    assert "shear of 47.0°, allowed 40°" in line
+    (fit,) = judgement_lines(summary() | {"status": "completed", "limits": None})
+    assert fit.startswith("Fit")

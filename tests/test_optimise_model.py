@@ -169,6 +169,21 @@ def test_the_model_takes_noise_for_noise(plane):
     assert deviation.max() < 0.1  # of the mean, not of one more run
 
 
+def test_a_batch_spreads_and_no_place_lies_beside_another(plane):
+    known = known_of(plane, bowl, 6)
+    found = np.array(gaussian.propose(plane, known, 5, 7))
+    improving, doubted = found[::2], found[1::2]
+    assert np.ptp(improving, axis=0).max() > 0.3  # the first is believed: others are elsewhere
+    assert np.linalg.norm(doubted - improving[0], axis=1).min() > 0.05
+    all_of = np.vstack([[k.place for k in known], found])
+    gaps = np.linalg.norm(all_of[:, None] - all_of[None], axis=2) + np.eye(len(all_of))
+    assert gaps[6:].min() > 0.1 * len(all_of) ** -0.5
+    dense = known_of(plane, bowl, 40)
+    there = np.array([k.place for k in dense])
+    for place in gaussian.propose(plane, dense, 3, 1):
+        assert np.linalg.norm(there - place, axis=1).min() > 0.1 * 43**-0.5
+
+
 def test_believed_places_are_known_and_change_no_kernel(plane):
     known = known_of(plane, bowl, 12)
     places = np.array([k.place for k in known])
@@ -243,7 +258,7 @@ def test_order_of_runs():
         score(1.0, excess=(2.0, -1.0)),
         Score(why="failed"),
         score(2.0, excess=(-1.0, -1.0)),
-        score(0.0, excess=(-1.0, 30.0)),
+        score(0.0, excess=(-1.0, 0.03)),
         score(9.0, excess=(1.0, -1.0)),
     ]
     assert ranked(scores) == [3, 0, 5, 1, 4, 2]

@@ -227,6 +227,21 @@ def test_a_taut_chain_of_uneven_width_does_not_slide_by_itself():
     assert np.abs(pulls[inner]).max() < 1e-9 * np.abs(pulls).max()
 
 
+def test_viscosity_resists_what_changes_and_loses_energy_by_it():
+    """After a step of strain it is η times that, then nothing; its work is half of the product."""
+    ply = blank(cloth(factor=0.01, **FREE))
+    led, plain = Led(ply, numerics=Numerics(yarn_viscosity=0.1)), Led(ply)
+    x, memory = 1.001 * ply.rest_points, led.of.start()
+    first = led.step(x, led.slides(), memory)[0]
+    again = led.step(x, led.slides(), memory)[0]
+    expected = plain.step(x, led.slides())[0]
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(first, 1.1 * expected, atol=1e-9 * scale)
+    np.testing.assert_allclose(again, expected, atol=1e-9 * scale)
+    stored = plain.measure(x, led.slides())[0]["yarn"]
+    assert memory.bars.numpy()["lost"].sum() == pytest.approx(0.1 * stored, rel=1e-9)
+
+
 def test_the_crossed_yarns_tension_holds_a_yarn():
     """Slip force = F + μ T of the crossed yarn, T in N, for every crossing of single yarns."""
     material = cloth(friction=0.25, stiffness_warp=1e7, stiffness_weft=1e7)

@@ -3,6 +3,9 @@
 import csv
 import json
 import math
+import re
+import runpy
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +13,7 @@ import pytest
 
 from warpdrape import cli
 from warpdrape.calibration.card_file import fabric_of
+from warpdrape.commands.arguments import build_parser
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import ShearTable, TabulatedTension
@@ -253,3 +257,62 @@ def test_the_command_prints_a_card(found, tmp_path, capsys, monkeypatch):
     assert run("unit_cell", EXAMPLE, "--out", out, "--overwrite", "--quiet") == 0
     said = capsys.readouterr()
     assert said.out == "" and said.err == ""
+
+
+PAGE = Path(__file__).parents[1] / "docs" / "unit_cell.md"
+COMPARISON = runpy.run_path(str(EXAMPLE.with_name("compare_benchmark.py")), run_name="read")
+
+
+def test_commands_of_the_page_are_understood(monkeypatch):
+    monkeypatch.chdir(EXAMPLE.parents[2])
+    lines = [line for line in PAGE.read_text("utf-8").splitlines() if line.startswith("warpdrape ")]
+    assert len(lines) >= 3
+    for line in lines:
+        arguments = build_parser().parse_args(shlex.split(line, comments=True)[1:])
+        assert read_cell(arguments.weave, arguments.settings)
+    names = {
+        n
+        for row in re.findall(r"^\| (`.*?) \|", PAGE.read_text("utf-8"), re.M)
+        for n in re.findall(r"`(\w+)`", row)
+    }
+    plain_names = {n for n in known_names() if not n.endswith(("_warp", "_weft"))}
+    assert plain_names - names <= {"over", "under", "harness", "move"}
+    assert names <= plain_names
+
+
+def rows_of_the_page():
+    text = PAGE.read_text("utf-8").partition("C_s [N·mm per cell] at")[2].partition("\n\n")[0]
+    rows = [line.strip("|").split("|") for line in text.splitlines()[2:]]
+    return np.array([[float(cell.strip(" °")) for cell in row] for row in rows])
+
+
+def test_published_couples_are_those_of_the_page():
+    page, area = rows_of_the_page(), 1.0 / (191.0 * 193.0)
+    assert page.shape == (5, 6)
+    rows = np.array(COMPARISON["table"]({}, area))
+    np.testing.assert_allclose(rows[:, 1:], page[:, 1:3], atol=0.0051)
+    for (width, height), (angle, couple) in COMPARISON["published"]().items():
+        half = np.interp(angle / 2, np.append(0, angle), np.append(0, couple))
+        force = ((2 * height - 3 * width) * couple + width * half) / (
+            (height / width - 1) * (np.cos(angle / 2) - np.sin(angle / 2))
+        )
+        assert force[-1] == pytest.approx(8.777 if width < 0.12 else 11.649, rel=1e-9)
+        assert (1.0 + (0.040155 if width < 0.12 else 0.092734) / (height - width)) ** 2 - 1.0 == (
+            pytest.approx(math.sin(angle[-1]), rel=1e-9)
+        )
+
+
+def test_the_example_is_near_the_published_curve():
+    """Coarse, at 20°: between both tests and half as much again, as on the page."""
+    curves = COMPARISON["simulated"]((2.0,), COARSE)
+    page = rows_of_the_page()
+    couple = 1e3 * curves[2.0].couples[-1]
+    assert couple == pytest.approx(page[2, 4], rel=0.03)
+    assert page[2, 1:3].min() < couple < 1.5 * page[2, 1:3].max()
+
+
+@pytest.mark.slow
+def test_the_table_of_the_page_is_what_the_example_gives():
+    curves = COMPARISON["simulated"]()
+    rows = np.array(COMPARISON["table"](curves, 1.0 / (191.0 * 193.0)))
+    np.testing.assert_allclose(rows, rows_of_the_page(), atol=0.0051)

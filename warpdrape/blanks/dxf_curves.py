@@ -75,14 +75,7 @@ def read_drawing(
     except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError) as error:
         raise InputError(f"{who} = {path} cannot be read: {error}") from error
     factor, name = _unit(who, path, drawing, unit)
-    entities = list(_entities(drawing.modelspace()))
-    if layer is not None:
-        layers = sorted({entity.dxf.layer for entity in entities})
-        if layer not in layers:
-            raise InputError(
-                f"{who} = {path} has no curve on layer {layer!r}{nearest(layer, layers)}"
-            )
-        entities = [entity for entity in entities if entity.dxf.layer == layer]
+    entities = _on_layer(who, path, list(_entities(drawing.modelspace())), layer)
     make = needed("ezdxf.path", "dxf").make_path
     closed, loose = [], []
     for entity in entities:
@@ -94,6 +87,16 @@ def read_drawing(
     chains, gap, fault = _chained(_once(loose, weld), weld)
     found = [_open(loop) for loop in (*closed, *chains)]
     return Drawing(found, name, drawing.units != 0, gap, fault)
+
+
+def _on_layer(who: str, path: Path, entities: list[Any], layer: str | None) -> list[Any]:
+    if layer is None:
+        return entities
+    layers = sorted({entity.dxf.layer for entity in entities})
+    if layer not in layers:
+        known = nearest(layer, layers)
+        raise InputError(f"{who} = {path} has no curve on layer {layer!r}{known}")
+    return [entity for entity in entities if entity.dxf.layer == layer]
 
 
 def layers_of(path: Path) -> list[str]:

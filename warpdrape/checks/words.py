@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import shapely
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import longest_sides
@@ -14,11 +15,14 @@ from warpdrape.checks.roundings import smallest_rounding
 from warpdrape.contact.closing import narrowest_gaps
 from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
+from warpdrape.tools.mould_face import borders, plan
 from warpdrape.tools.tool import Tool
 from warpdrape.wording import brief, size
 
 ROUGH = 0.05
 """How far a radius is told from a side of triangles: facets give it within some per cent [-]."""
+BEYOND = 1e-4
+"""How far a ply may go beyond a holder before it is worth a word [m]."""
 FEW = 1e-3
 """Length of sharp edges that is worth a word [m]."""
 
@@ -139,15 +143,15 @@ def _too_round(scene: Setup) -> Iterator[str]:
 
 
 def _too_small(scene: Setup) -> Iterator[str]:
-    """Plies that end within a tool that presses them: its edge is not covered."""
+    """Plies that go beyond a floating ring that presses them: a blank holder of one piece."""
     for tool in scene.tools:
-        if not isinstance(tool.motion, Float):
+        rings = borders(np.asarray(tool.triangles)) if isinstance(tool.motion, Float) else []
+        if len(rings) < 2:
             continue
-        low, high = tool.vertices.min(axis=0), tool.vertices.max(axis=0)
+        outer = plan(tool.surface.mesh, np.ones(len(tool.triangles), dtype=bool))
         for ply in scene.plies:
-            points = ply.rest_points
-            beyond = np.maximum(low - points.min(axis=0), points.max(axis=0) - high)[:2].max()
-            if beyond > 0.0:
+            beyond = float(shapely.distance(shapely.points(ply.rest_points[:, :2]), outer).max())
+            if beyond > BEYOND:
                 yield (
                     f"ply {ply.name!r} goes {1e3 * beyond:.3g} mm beyond tool {tool.name!r}, whose "
                     "force it does not feel there"

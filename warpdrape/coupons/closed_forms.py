@@ -97,7 +97,15 @@ def bias_angle(width: float, height: float, travel: np.ndarray) -> np.ndarray:
     return np.arcsin(np.minimum(share * (2.0 + share), 1.0))
 
 
-def bias_force(fabric: Fabric, width: float, height: float, angle: np.ndarray) -> np.ndarray:
+def bias_force(
+    fabric: Fabric,
+    width: float,
+    height: float,
+    angle: np.ndarray,
+    *,
+    rate: np.ndarray | float = 0.0,
+    temperature: float | None = None,
+) -> np.ndarray:
     """Force [N] of bias extension.
 
     F (H/W − 1)(cos γ/2 − sin γ/2) = (2H − 3W) C(γ) + W C(γ/2): power balance over the middle zone,
@@ -108,9 +116,12 @@ def bias_force(fabric: Fabric, width: float, height: float, angle: np.ndarray) -
         width: W [m].
         height: H [m], at least 2 W.
         angle: γ in the middle zone [rad].
+        rate: of that angle, for a fabric with a viscous matrix, half of it in the four zones [1/s].
+        temperature: likewise [K]; None for that at which its viscosity is given.
     """
-    angle = np.asarray(angle, dtype=float)
-    couple, half = couple_per_area(fabric, angle), couple_per_area(fabric, angle / 2)
+    angle, rate = np.asarray(angle, dtype=float), np.asarray(rate, dtype=float)
+    couple = wet_couple(fabric, angle, rate, temperature)
+    half = wet_couple(fabric, angle / 2, rate / 2, temperature)
     opening = (height / width - 1.0) * (np.cos(angle / 2) - np.sin(angle / 2))
     return ((2.0 * height - 3.0 * width) * couple + width * half) / opening
 

@@ -29,11 +29,14 @@ if TYPE_CHECKING:
 MESHES = ("aligned", "crossed", "diagonal", "grid", "random")
 SPEED_UP = 0.4
 """Share of a pull in which its speed rises; after that it is steady to the end [-]."""
+INSTANT = 1e-6
+"""Half of the time over which a rate is taken [s]."""
 BARELY_TURNED = 1e-5
 """Turn [rad] that keeps a lattice at 45° from being replaced by the rectangle's own grid."""
 COLUMN_LABELS = {
     "shear_angle_deg": "shear angle [°]",
     "warp_strain": "warp strain [-]",
+    "pulled_m": "drawn out [m]",
 }
 
 
@@ -91,6 +94,19 @@ def steady_pull(travel: np.ndarray, duration: float) -> Stroke:
     travelled = (1.0 - 1.5 * slow_down) / (1.0 - slow_down)
     whole = np.asarray(travel, dtype=float) / travelled
     return Stroke(travel=whole, duration=duration * (1.0 + SPEED_UP), ramp=slow_down)
+
+
+def process_rate(
+    angle: Callable[[np.ndarray], np.ndarray], times: np.ndarray, pace: float
+) -> np.ndarray:
+    """Rates of the shear angle in the test [1/s], by central differences.
+
+    Args:
+        angle: time of the pull [s] → shear angle [rad].
+        times: of the pull [s], shape [n].
+        pace: rates in the test over those of the simulation [-].
+    """
+    return pace * (angle(times + INSTANT) - angle(times - INSTANT)) / (2.0 * INSTANT)
 
 
 def coupon_numerics(averaging: str, damping: float) -> Numerics:

@@ -3,8 +3,10 @@
 Objective and constraints have a process each, with a Matérn kernel of its own length along each
 axis and white noise. The next place has the largest expected improvement on the best mean so far
 (not the luckiest run) times the chance that all constraints hold (Schonlau, Welch & Jones 1998).
-Further places of a batch take those before them for known at their mean (kriging believer). Two
-objectives are weighed at random for each place (ParEGO, Knowles 2006).
+Further places of a batch take those before them for known at their mean (kriging believer), and
+every other one is where doubt is largest of all that may be best yet (Contal et al. 2013), lest a
+batch sit in one spot. Two objectives are weighed, by other weights for each place (ParEGO, Knowles
+2006).
 """
 
 from __future__ import annotations
@@ -35,6 +37,10 @@ that is known tells next to nothing, and its noise is much the same."""
 ROOT = np.sqrt(2.0 * np.pi)
 FARTHEST = 1e5
 """Standard deviations beyond which the improvement's difference is lost to rounding."""
+WIDE = 2.0
+"""Standard deviations within which a mean is taken to lie."""
+OUTSIDE = 100.0
+"""Taken from the logarithm of the doubt for each deviation by which a place cannot be best."""
 BESIDE = 1e6
 """Taken from the logarithm of what a run promises, where it lies beside one that is known."""
 EVEN = 0.05
@@ -69,7 +75,9 @@ def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int
             aim = _Process(axes, places, _weighed(values, weight), seed)
             for place in found:
                 aim.believe(np.array([place]))
-        worth = _apart(axes, _worth(aim, limits, places[feasible]), np.vstack([places, *found]))
+        doubt = k % 2 == 1 and values.shape[1] == 1 and feasible.any()
+        worth = (_doubt if doubt else _worth)(aim, limits, places[feasible])
+        worth = _apart(axes, worth, np.vstack([places, *found]))
         best = places[np.lexsort((aim.at(places)[0], ~feasible))[:BEST]]
         place = _climb(axes, worth, best, rng)
         found.append(tuple(float(at) for at in place))
@@ -145,6 +153,28 @@ def _worth(
         if best is not None:
             mean, deviation = aim.at(places)
             total += np.log(deviation) + log_improvement((best - mean) / deviation)
+        for limit in limits:
+            mean, deviation = limit.at(places)
+            total += log_ndtr(-mean / deviation)
+        return total
+
+    return worth
+
+
+def _doubt(
+    aim: _Process, limits: Sequence[_Process], feasible: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Logarithm of the doubt about places that may be best yet, times the chance of all limits.
+
+    Those may be best whose mean less `WIDE` deviations is below the least mean plus as many.
+    """
+    mean, deviation = aim.at(feasible)
+    bound = float((mean + WIDE * deviation).min())
+
+    def worth(places: np.ndarray) -> np.ndarray:
+        mean, deviation = aim.at(places)
+        beyond = np.maximum(mean - WIDE * deviation - bound, 0.0) / deviation
+        total = np.log(deviation) - OUTSIDE * beyond
         for limit in limits:
             mean, deviation = limit.at(places)
             total += log_ndtr(-mean / deviation)

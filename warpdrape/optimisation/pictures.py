@@ -104,7 +104,7 @@ def draw_field(runner: Runner) -> Figure:
     for column, axis in enumerate(task.axes):
         name = axis.varied.name
         spread = axis.varied.spread
-        words = [] if spread is None else [v for v in spread.values]
+        words = [] if spread is None else list(spread.values)
         words = [] if is_number(words) else words
         for row, objective in enumerate(task.aims.objectives):
             panel = panels[row, column]
@@ -113,6 +113,7 @@ def draw_field(runner: Runner) -> Figure:
                 _draw_runs(panel, runner, trials, (name, words, row, objective.sign), kind)
             if words:
                 panel.set_xticks(range(len(words)), list(map(str, words)))
+                panel.set_xlim(-0.5, len(words) - 0.5)
             elif spread is not None and spread.kind == "log_range":
                 panel.set_xscale("log")
             if column == 0:

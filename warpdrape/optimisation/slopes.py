@@ -105,6 +105,7 @@ def slopes_text(slopes: Sequence[Slope]) -> str:
     rows = [("parameter", "measure", "over its range", "by half the step", "")]
     for slope in slopes:
         words = "to be trusted" if slope.trusted else "not to be trusted"
+        words = "does not change" if slope.wide == slope.narrow == 0.0 else words
         rows.append(
             (slope.parameter, slope.measure, f"{slope.wide:.4g}", f"{slope.narrow:.4g}", words)
         )

@@ -8,6 +8,7 @@ from typing import Any
 from warpdrape.report.markup import Html, element, joined, table
 from warpdrape.results import summary_text
 from warpdrape.results.defect_text import defect_lines, judgement_lines
+from warpdrape.results.numerical_error import numerical_error_text
 
 _UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, IndexError, StopIteration)
 """What reading an entry of a summary raises that is of an older version, or was changed by hand."""
@@ -83,8 +84,8 @@ def _interfaces(summary: Mapping[str, Any]) -> Html | None:
 
 
 def _quality(summary: Mapping[str, Any]) -> Html:
-    parts = summary_text.quality(summary).split("; ")
-    return element("ul", *(element("li", part) for part in parts))
+    parts = [*summary_text.quality(summary).split("; "), numerical_error_text(summary)]
+    return element("ul", *(element("li", part) for part in filter(None, parts)))
 
 
 def _reported(summary: Mapping[str, Any]) -> Html | None:

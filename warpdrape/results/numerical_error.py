@@ -66,13 +66,11 @@ def longest_yarn(ply: Ply) -> float:
     return float(max(np.ptp(flat @ direction) for direction in ply.yarn_directions))
 
 
-def numerical_error_text(entry: Mapping[str, Any], plies: int) -> str:
-    """Say an estimate in words.
-
-    Args:
-        entry: from `numerical_error`.
-        plies: of the run.
-    """
+def numerical_error_text(summary: Mapping[str, Any]) -> str:
+    """Say in words what a summary's estimate says; nothing where it has none."""
+    if "numerical_error" not in summary:
+        return ""
+    entry = summary["numerical_error"]
     if "not_known" in entry:
         return f"what the numerics cost is not known: {entry['not_known']}"
     causes = ", ".join(
@@ -82,7 +80,7 @@ def numerical_error_text(entry: Mapping[str, Any], plies: int) -> str:
     )
     words = "numerics: 95 % of shear and draw-in may be off by "
     words += f"{_said(entry)}{f' ({causes})' if causes else ''}"
-    if plies > 1:
+    if len(summary["plies"]) > 1:
         words += "; rounding alone moves those of a stack by some tenths of both"
     return words
 

@@ -108,8 +108,8 @@ QUANTITIES = {
     "warp-curvature": Quantity("warp curvature", "warpCurvature", "1/m", 1.0),
     "weft-curvature": Quantity("weft curvature", "weftCurvature", "1/m", 1.0),
     "slip": Quantity("slip", "slip", "mm", 1e3),
-    "warp-slide": Quantity("slide of the warp", "warpSlide", "mm", 1e3, signed=True),
-    "weft-slide": Quantity("slide of the weft", "weftSlide", "mm", 1e3, signed=True),
+    "warp-slide": Quantity("slide of the warp", "warpSlide", "mm", 1e3),
+    "weft-slide": Quantity("slide of the weft", "weftSlide", "mm", 1e3),
     "contact-pressure": Quantity("contact pressure", "contactPressure", "kPa", 1e-3, spiky=True),
     "tool-pressure": Quantity("tool pressure", "toolPressure", "kPa", 1e-3, spiky=True),
     "temperature": Quantity(

@@ -43,8 +43,7 @@ def summary_text(summary: Mapping[str, Any], folder: Path | None = None) -> str:
     if summary["interfaces"]:
         parts.append(table_text(interface_rows(summary["interfaces"])))
     parts.append(quality(summary))
-    if "numerical_error" in summary:
-        words = numerical_error_text(summary["numerical_error"], len(summary["plies"]))
+    if words := numerical_error_text(summary):
         parts[-1] += "\n" + textwrap.fill(words, WIDTH, subsequent_indent="  ")
     if summary["reported"]:
         parts.append("\n".join(reported_lines(summary)))

@@ -111,21 +111,7 @@ class Mould:
             InputError: if the file cannot be read, states no unit and none is given, or is of a
                 size that no mould has.
         """
-        if is_cad(path):
-            surface, unit = cad_surface(name, path, tolerance=tolerance)
-            if units is not None:
-                raise InputError(
-                    f"units = {units!r}, but {os.fspath(path)!r} states its unit, {unit}: leave "
-                    "units out"
-                )
-            tool = Tool(name=name, surface=surface, friction=friction)
-        else:
-            if units is None:
-                raise InputError(
-                    f"{os.fspath(path)!r} states no unit: give units, one of {', '.join(UNITS)}"
-                )
-            unit = one_of("unit", units, UNITS)
-            tool = Tool.from_mesh(name, path, scale=UNITS[unit], friction=friction)
+        tool, unit = _read(path, name, units, tolerance, friction)
         across = float(np.ptp(tool.vertices, axis=0).max())
         if not PLAUSIBLE[0] <= across <= PLAUSIBLE[1]:
             remedy = "its file states a wrong unit" if is_cad(path) else "give another of units"
@@ -204,3 +190,28 @@ class Mould:
         press = Float(force=force, axis=way, mass=ALUMINIUM * PLATE * area, ramp=FORCE_RISES)
         ring = Tool(name=name, surface=surface, motion=press)
         return ring.moved((0.0, 0.0, self.level + (0.0 if male else thickness)))
+
+
+def _read(
+    path: str | os.PathLike[str],
+    name: str,
+    units: str | None,
+    tolerance: float | None,
+    friction: Any,
+) -> tuple[Tool, str]:
+    """The tool in a file, and the file's unit: stated there, or given."""
+    if is_cad(path):
+        surface, unit = cad_surface(name, path, tolerance=tolerance)
+        if units is not None:
+            raise InputError(
+                f"units = {units!r}, but {os.fspath(path)!r} states its unit, {unit}: leave "
+                "units out"
+            )
+        return Tool(name=name, surface=surface, friction=friction), unit
+    if units is None:
+        raise InputError(
+            f"{os.fspath(path)!r} states no unit: give units, one of {', '.join(UNITS)}"
+        )
+    unit = one_of("unit", units, UNITS)
+    made = Tool.from_mesh(name, path, scale=UNITS[unit], tolerance=tolerance, friction=friction)
+    return made, unit

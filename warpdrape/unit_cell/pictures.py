@@ -30,7 +30,7 @@ LIGHT = (-0.35, -0.45, 0.82)
 def draw_cell(plan: Plan, model: Model, curve: ShearCurve, path: Path) -> None:
     """Draw the yarns as woven, and at the end of shear."""
     shown = curve.states[-1]
-    figure = Figure(figsize=(9.4, 4.6), dpi=130, layout="constrained")
+    figure = Figure(figsize=(9.4, 4.0), dpi=130, layout="constrained")
     left, right = figure.subplots(1, 2)
     angle = math.degrees(shown.strain[2])
     for axes, view, title in (

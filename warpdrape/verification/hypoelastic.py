@@ -143,7 +143,7 @@ def hemisphere_apart() -> Iterator[CaseResult]:
     """Hemisphere in the yarns' frame beside the semi-discrete element."""
     from warpdrape.scenes import hemisphere
 
-    scene = hemisphere.build(accuracy="reference")
+    scene = hemisphere.build(accuracy="reference", duration=0.08, brake=0.3)
     one, other = (
         replace(scene, approach=approach).run(frames=4).plies[0]
         for approach in ("semi_discrete", "fibre_frame")

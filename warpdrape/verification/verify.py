@@ -93,6 +93,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         prepreg,
         rubber,
         sphere_net,
+        unit_cell,
         wrinkling,
         yarns,
     )
@@ -101,6 +102,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield bending.bending(quick)
     yield friction.friction(quick)
     yield compaction.compaction(quick)
+    yield unit_cell.unit_cell(quick)
     yield nets.nets(quick)
     yield bulge.bulge(quick)
     yield rubber.rubber_sheets(quick)

@@ -1,4 +1,4 @@
-"""Yarns as chains of bars against closed forms: coupons, crossovers pinned; pull-out with slip."""
+"""Yarns as chains of bars against closed forms: coupons, pull-out with slip."""
 
 from __future__ import annotations
 
