@@ -50,7 +50,7 @@ def build(
         damping: mass-proportional rate [1/s].
         averaging: "pairs" of triangles share yarn strains, or "plain".
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or
-            "yarns", chains of bars.
+            "yarns", chains of bars, or "sliding_yarns", not pinned.
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     positive("width", width, unit="m")

@@ -53,7 +53,7 @@ class Press:
         mass_scaling: "plain" on vertices, or "selective" against the stretching of triangles.
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
-            chains of bars; or a net, "fishnet", on the closed tools.
+            chains of bars, or "sliding_yarns"; or a net, "fishnet", on the closed tools.
     """
 
     layup: str = "0"
