@@ -80,8 +80,8 @@ def test_bias_extension_follows_its_closed_form_by_rate():
     """Half of the rate acts in the zones beside the middle one; the mesh leaves some per cent."""
     scene = bias_extension.build(
         fabric=replace(load_fabric(CARD), compressive_factor=1.0),
-        edge=0.0125,
-        duration=0.04,
+        edge=0.025,
+        duration=0.03,
         process_duration=1.0,
         shear_angle_deg=35.0,
         damping=5.0,
