@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 import warpdrape as wd
-from warpdrape.tools.counterpart import _distances
+from warpdrape.tools.counterpart import _distances, _ways
 from warpdrape.tools.mould_face import face_of
 from warpdrape.tools.profile import Arc, Line, revolve
 from warpdrape.tools.tool_mesh import read_surface
@@ -100,6 +100,15 @@ def test_sharp_edges_keep_their_corner():
     edge = die.vertices[np.abs(die.vertices[:, 0] - 0.03) < 1.5e-3]
     assert edge[:, 2].tolist() == pytest.approx([gap] * 2)
     assert edge[:, 0].tolist() == pytest.approx([0.03 - gap * math.tan(math.radians(22.5))] * 2)
+
+
+def test_an_edge_keeps_its_corner_where_one_side_has_the_wider_facets():
+    points = [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, -0.5, 0.0), (-1.0, 3.0, -1.0)]
+    mesh = trimesh.Trimesh(points, [[0, 2, 1], [0, 1, 3]], process=False)
+    normals = np.repeat(mesh.face_normals[:, None], 3, axis=1)
+    way = _ways(mesh, normals, 0.01)[0]
+    assert mesh.face_angles[0, 0] > 4.0 * mesh.face_angles[1, 0]
+    np.testing.assert_allclose(mesh.face_normals @ way, 0.01, rtol=1e-9)
 
 
 def test_a_rounding_narrower_than_the_gap_is_left_open_and_all_else_keeps_off():
