@@ -182,6 +182,7 @@ def test_a_batch_spreads_and_no_place_lies_beside_another(plane):
     all_of = np.vstack([[k.place for k in dense], gaussian.propose(plane, dense, 5, 7)])
     gaps = np.linalg.norm(all_of[:, None] - all_of[None], axis=2) + np.eye(len(all_of))
     assert gaps[20:].min() > 0.1 * len(all_of) ** -0.5
+    assert gaps[20, [21, 23]].min() > 0.05  # every other one is no neighbour of the first
 
 
 def test_believed_places_are_known_and_change_no_kernel(plane):
