@@ -597,11 +597,16 @@ def test_loads_that_say_nothing_are_refused(change, words):
         Loads(**{"shear_tension": (1.0, 1.0), **change})
 
 
-def test_a_cell_that_finds_no_rest_says_where_and_what_to_try(monkeypatch):
-    monkeypatch.setattr("warpdrape.unit_cell.loading.ANGLE_STEP", math.radians(8.0))
+def test_a_cell_that_finds_no_rest_says_where_and_what_to_try():
     model = build_model(cell_of(), elements=4, points=5)
     with pytest.raises(RunFailed, match=r"γ = 85\.94°: give a smaller largest_angle"):
         settle(model, np.array([0.0, 0.0, 1.5]), tension=(5.0, 5.0))
+
+
+@pytest.mark.slow
+def test_a_curve_ends_where_no_rest_is_found(monkeypatch):
+    monkeypatch.setattr("warpdrape.unit_cell.loading.ANGLE_STEP", math.radians(8.0))
+    model = build_model(cell_of(), elements=4, points=5)
     far = shear(model, Loads((2.0, 2.0), largest_angle=math.radians(72.0)))
     assert far.end.startswith("beyond it no rest was found")
     assert 40.0 < math.degrees(far.angles[-1]) < 72.0
