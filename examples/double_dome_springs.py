@@ -39,7 +39,7 @@ def build(
     duration: float = 0.08,
     brake: float = 0.3,
     facet: float = 0.006,
-    fast: bool = False,
+    accuracy: str = "standard",
 ) -> Scene:
     """Build the double dome with springs.
 
@@ -62,7 +62,7 @@ def build(
         duration: of the stroke [s].
         brake: share of the stroke in which the punch slows down, below 1 [-].
         facet: size of the tools' facets [m].
-        fast: a quarter of the time, by softer yarns.
+        accuracy: "draft", "standard" or "reference": the summary says what it costs.
     """
     parameters = dict(locals())
     half = np.array([0.5 * blank_length, 0.5 * blank_width])
@@ -80,7 +80,7 @@ def build(
         duration=duration,
         brake=brake,
         facet=facet,
-        fast=fast,
+        accuracy=accuracy,
     )
     ply = Ply.polygon(
         "ply_0",

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from warpdrape import Float, Scene, Tool
 from warpdrape.scenes.hemisphere import build as hemisphere
-from warpdrape.scenes.press import FORCE_RAMP, HOLDER_MASS, HOLDER_RADIUS, RING_RADIUS
+from warpdrape.scenes.press import DIE_EDGE, DIE_RADIUS, FORCE_RAMP, HOLDER_MASS, RING_RADIUS
 from warpdrape.units import deg
 
 NAMES = ("right", "back", "left", "front")
@@ -30,7 +30,7 @@ def build(
     friction: float = 0.2,
     fabric: str = "carbon_interlock",
     facet: float = 5e-3,
-    fast: bool = False,
+    accuracy: str = "standard",
 ) -> Scene:
     """Build the hemisphere with a holder of four segments.
 
@@ -49,12 +49,15 @@ def build(
         friction: Coulomb coefficient of tools on the ply [-].
         fabric: name or file of a fabric.
         facet: size of the tools' facets [m].
-        fast: a quarter of the time, by softer yarns.
+        accuracy: "draft", "standard" or "reference": the summary says what it costs.
     """
     parameters = dict(locals())
     shared = ("angle_deg", "cells", "blank_size", "travel", "duration", "brake", "friction")
     whole = hemisphere(
-        **{name: parameters[name] for name in shared}, fabric=fabric, facet=facet, fast=fast
+        **{name: parameters[name] for name in shared},
+        fabric=fabric,
+        facet=facet,
+        accuracy=accuracy,
     )
     punch, die, ring = whole.tools
     top = ring.vertices[:, 2].min()  # of the ply, on which the ring lies
@@ -65,7 +68,7 @@ def build(
         half = 0.25 * math.pi - 0.5 * GAP
         segment = Tool.blank_holder(
             name,
-            hole_radius=HOLDER_RADIUS,
+            hole_radius=DIE_RADIUS + DIE_EDGE,
             outer_radius=RING_RADIUS,
             facet=facet,
             sector=(middle - half, middle + half),

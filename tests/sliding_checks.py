@@ -59,7 +59,7 @@ class Led:
         memory.slides.assign(slides)
         run = Run(0, len(x))
         share = Share(0, 1, (run,), ((run,),))
-        bodies = Bodies(plies, None, None, None, None)
+        bodies = Bodies(plies, None, None, None, None, None)
         launches = self.of.launches(share, bodies, memory)
         for launch in launches.scatter + launches.push:
             launch(self.device)

@@ -13,6 +13,7 @@ import trimesh
 from warpdrape import cli
 from warpdrape.commands import writing
 from warpdrape.commands.scene_library import describe_scene, find_script, find_typed
+from warpdrape.numerics import Numerics
 from warpdrape.tools.profile import Arc, Line, revolve
 
 TUTORIAL = Path(__file__).parents[1] / "examples" / "tutorial"
@@ -126,6 +127,21 @@ def test_a_stand_in_until_there_is_a_mould(capsys):
     assert "a double dome stands in for it; --mould FILE takes yours" in said
     assert len(built("part", "edge=30mm").tools) == 3
     assert "Mould.from_file(HERE" in Path("part.py").read_text("utf-8")
+
+
+def test_a_prepreg_gets_the_presss_time(capsys):
+    mould = ["--mould", "bowl.stl", "--units", "mm"]
+    assert new("part", *mould, "--fabric", "synthetic_prepreg") == 0
+    assert (
+        "synthetic_prepreg has a viscous matrix; the press closes in 2 s" in capsys.readouterr().out
+    )
+    assert built("part").process_duration == pytest.approx(2.4)
+    assert built("part", "closing_time=10").process_duration == pytest.approx(12.0)
+    assert new("dry", *mould) == 0
+    assert "closing_time" not in find_typed("dry").parameters
+    assert built("dry").process_duration is None
+    fast = built("dry", "fast=true").numerics
+    assert fast == Numerics.for_accuracy("standard") and fast != built("dry").numerics
 
 
 def test_the_script_is_plain_clean_and_described():

@@ -76,7 +76,7 @@ def test_what_cannot_be_is_refused(setting, words):
 
 
 def test_shear_of_the_part_is_told_apart_from_the_flange():
-    coarse = ["cells=8", "facet=10mm", "duration=10ms", "fast=true", "long_stiffness=2000"]
+    coarse = ["cells=8", "facet=10mm", "duration=10ms", "accuracy=standard", "long_stiffness=2000"]
     result = SPRINGS.make([*coarse, "long_place=60mm", "grip=100mm"]).run(frames=2, threads=1)
     ply, summary = result.plies[0], result.summary
     deep = ply.points[ply.triangles].mean(axis=1)[:, 2] < -0.005
@@ -88,7 +88,7 @@ def test_shear_of_the_part_is_told_apart_from_the_flange():
 
 def test_segments_press_each_with_its_force():
     forces = ["right_force=10", "back_force=80", "left_force=10", "front_force=80"]
-    coarse = ["cells=8", "facet=10mm", "duration=20ms", "travel=20mm", "fast=true"]
+    coarse = ["cells=8", "facet=10mm", "duration=20ms", "travel=20mm", "accuracy=standard"]
     result = SEGMENTS.make([*coarse, *forces]).run(frames=3, threads=1)
     assert result.completed, result.summary["message"]
     found = {tool["name"]: tool["force_n"] for tool in result.summary["tools"]}

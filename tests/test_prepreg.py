@@ -24,7 +24,7 @@ from warpdrape import (
 from warpdrape.cli import main
 from warpdrape.coupons.closed_forms import bias_force
 from warpdrape.dynamics.model import build_model, initial_state
-from warpdrape.dynamics.stepping import search_contacts
+from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.forces.matrix import LAG_WARNING
 from warpdrape.laws import Arrhenius, Newtonian, PowerLaw
 from warpdrape.materials.fabric_library import load_fabric
@@ -136,6 +136,24 @@ def test_the_summary_tells_the_clocks_apart():
     clock = heavier.run(frames=4).summary["process_clock"]
     assert clock["mass_scaling"] > 2.0
     assert clock["inertia"] == pytest.approx(250e3 * clock["mass_scaling"])
+
+
+def test_the_clock_of_a_run_that_was_cut_off_is_that_of_its_last_frame(monkeypatch):
+    scene = frame(5.0, duration=0.01)
+    done, block = [], Stepper.block
+
+    def cut(self):
+        done.append(1)
+        if len(done) > 4:
+            raise KeyboardInterrupt
+        block(self)
+
+    monkeypatch.setattr(Stepper, "block", cut)
+    result = scene.run(frames=2)
+    assert result.summary["message"].startswith("interrupted")
+    shown = result.summary["simulated_s"]
+    assert result.summary["process_clock"]["process_s"] == pytest.approx(shown / scene.pace)
+    assert shown < scene.duration
 
 
 def test_motions_that_are_held_back_keep_the_processs_time():
@@ -351,8 +369,10 @@ def test_a_scene_without_the_processs_time_is_refused_and_advice_works():
     with pytest.raises(InputError, match="needs process_duration"):
         picture_frame.build(fabric=CARD)
     assert picture_frame.build(fabric=CARD, process_duration=5.0).pace == pytest.approx(0.02)
-    with pytest.raises(InputError, match=r"approach = 'yarns' does not know: take 'semi_discrete'"):
-        frame(approach="yarns")
+    for bars in ("yarns", "sliding_yarns"):
+        words = rf"approach = '{bars}' does not know: take 'semi_discrete'"
+        with pytest.raises(InputError, match=words):
+            frame(approach=bars)
     assert frame(approach="semi_discrete").approach == "semi_discrete"
     scene, selective = frame(), Numerics(mass_scaling="selective", minimum_time_step=1e-5)
     with pytest.raises(InputError, match=r"mass_scaling = 'selective' does not know: take 'plain'"):

@@ -11,6 +11,8 @@ from warpdrape.laws import WLF, Cross, Newtonian, PowerLaw
 from warpdrape.materials.fabric_card import card, plot_card
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.fabric_units import si_factor, si_zero
+from warpdrape.report.record import record_section
+from warpdrape.results.run_record import plain
 
 CARD = resources.files("warpdrape.fabrics").joinpath("synthetic_prepreg.toml").read_text("utf-8")
 
@@ -147,3 +149,14 @@ def test_the_bundled_card_raises_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         load_fabric("synthetic_prepreg")
+
+
+def test_a_report_has_units_and_sources_of_a_matrix():
+    record = {"fabrics": {"prepreg": plain(load_fabric("synthetic_prepreg"))}}
+    rows = re.findall(r"<tr>(.*?)</tr>", str(record_section(record)), re.S)
+    found = (re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S) for row in rows)
+    cells = {name: values for name, *values in found}
+    assert cells["matrix.viscosity.viscosity"][:3] == ["1000000 Pa·s", "1 MPa·s", "assumed"]
+    assert cells["matrix.viscosity.lowest_rate"][:3] == ["0.01 1/s", "0.01 1/s", "assumed"]
+    assert cells["matrix.shift.reference_temperature"][:2] == ["533.15 K", "260 °C"]
+    assert cells["matrix.heat.capacity"][0] == "920 J/(m²·K)"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpdrape.approaches import APPROACHES, SEMI_DISCRETE
+from warpdrape.approaches import APPROACHES, SEMI_DISCRETE, SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
 from warpdrape.defects.limits import Limits
@@ -217,8 +217,10 @@ class Setup:
                 f"{who} and needs process_duration = …, the time [s] that the press takes for what "
                 f"is simulated in {self.duration:g} s: it resists by the rates of the press"
             )
-        if self.approach == "yarns":
-            raise InputError(f"{who}, which approach = 'yarns' does not know: take 'semi_discrete'")
+        if self.approach in ("yarns", SLIDING_YARNS):
+            raise InputError(
+                f"{who}, which approach = {self.approach!r} does not know: take 'semi_discrete'"
+            )
         if self.numerics.mass_scaling == "selective":
             raise InputError(f"{who}, which mass_scaling = 'selective' does not know: take 'plain'")
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 LINE = 100
 """Longest line of a script."""
+CLOSING = 2.0
+"""Time in which a press closes on a prepreg, where nothing is said [s]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class Draft:
         edge: of the mesh [m].
         duration: of the stroke [s].
         force: of the holder [N]; 0 for none.
+        wet: whether the fabric has a viscous matrix, which asks for the press's time.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Draft:
     edge: float
     duration: float
     force: float
+    wet: bool
 
 
 def script_text(draft: Draft) -> str:
@@ -114,6 +118,12 @@ def _signature(draft: Draft) -> str:
     if draft.has_rim:
         holder = f"    holder_force: float = {draft.force:g},\n"
         told = "        holder_force: on the blank holder, 0 for none [N].\n"
+    closing, closes = "", ""
+    if draft.wet:
+        closing = f"    closing_time: float = {CLOSING:g},\n"
+        closes = (
+            "        closing_time: that the press takes for the stroke; the matrix knows it [s].\n"
+        )
     return f'''
 def build(
     *,
@@ -121,7 +131,7 @@ def build(
     fabric: str = {fabric},
     edge: float = {1e3 * draft.edge:g} * mm,
     room: float = 1.5,
-{holder}    duration: float = {1e3 * draft.duration:g} * ms,
+{holder}{closing}    duration: float = {1e3 * draft.duration:g} * ms,
     friction: float = 0.2,
     ply_friction: float = 0.3,
     fast: bool = False,
@@ -134,7 +144,7 @@ def build(
         fabric: name of the library (warpdrape fabrics), or a .toml file.
         edge: size of the plies' mesh; half of it shows finer wrinkles in eight times the time [m].
         room: between the closed tools, over the plies' thickness together [-].
-{told}        duration: of the stroke; longer if the run is not quasi-static [s].
+{told}{closes}        duration: of the stroke; longer if the run is not quasi-static [s].
         friction: of tools on plies [-].
         ply_friction: between plies [-].
         fast: a quarter of the time, by softer yarns; the summary says what they cost.
@@ -246,17 +256,22 @@ def _upper(draft: Draft, upper: str) -> str:
 
 
 def _scene(draft: Draft, upper: str) -> str:
+    process = ""
+    if draft.wet:
+        process = (
+            "        # The matrix's clock; docs/prepreg.md says more, of temperatures too.\n"
+            "        process_duration=1.2 * closing_time,\n"
+        )
     return f'''
-    softer = Numerics(yarn_softening=36.0, contact_share=0.1, search_slide=1e-4)
     return Scene(
         name="{draft.name}",
         plies=plies,
         tools=tools,
         duration=1.2 * duration,  # the {upper} stands still at the end, and the plies come to rest
-        friction=friction,
+{process}        friction=friction,
         ply_friction=ply_friction,
         gravity=(0.0, 0.0, -9.81),
-        numerics=softer if fast else Numerics(),
+        numerics=Numerics.for_accuracy("standard") if fast else Numerics(),
         # What the part may have of each defect; see docs/defects.md. None is not judged.
         limits=Limits(
             wrinkle_amplitude=0.5 * mm,

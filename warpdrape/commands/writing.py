@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.cad_file import is_cad
-from warpdrape.commands.scene_template import Draft, script_text
+from warpdrape.commands.scene_template import CLOSING, Draft, script_text
 from warpdrape.errors import InputError, positive
 
 if TYPE_CHECKING:
@@ -137,7 +137,13 @@ def _draft(arguments: argparse.Namespace, path: Path) -> tuple[Draft, list[str]]
         edge=_edge(min(sizes), mould),
         duration=max(5e-3 * math.ceil(travel / SPEED / 5e-3), 20e-3),
         force=force,
+        wet=fabric.matrix is not None,
     )
+    if draft.wet:
+        told.append(
+            f"Fabric: {fabric.name} has a viscous matrix; the press closes in {CLOSING:g} s "
+            "(closing_time)."
+        )
     return draft, told
 
 

@@ -190,7 +190,7 @@ def _coarse(study: Study, table: Mapping[str, Any], varied: list[str]) -> Coarse
     if not settings:
         raise InputError(
             "optimise: coarse: set is missing: say what makes runs cheaper, as "
-            "set = { cells = 8, fast = true }"
+            'set = { cells = 8, accuracy = "draft" }'
         )
     share = finite("optimise: coarse: share", table.get("share", SHARE))
     if not 0.0 < share < 1.0:

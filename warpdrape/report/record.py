@@ -22,6 +22,8 @@ from warpdrape.materials.laws import (
     ShearTable,
     TabulatedTension,
 )
+from warpdrape.materials.matrix import Heat, Matrix
+from warpdrape.materials.viscosity import WLF, Arrhenius, Cross, Newtonian, PowerLaw
 from warpdrape.report.markup import Html, element, joined, table
 from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY
 from warpdrape.results.run_tables import load_json
@@ -61,6 +63,13 @@ _KINDS = {
         BendingCurve,
         Compaction,
         Crossover,
+        Matrix,
+        Heat,
+        Newtonian,
+        PowerLaw,
+        Cross,
+        Arrhenius,
+        WLF,
     )
 }
 """Records whose docstrings tell the units of what a fabric's card holds."""
@@ -166,7 +175,7 @@ def _fabric(fabric: Any) -> Html:
     values = {k: v for k, v in fabric.items() if k not in ("sources", "doubts", "description")}
     rows: list[tuple[str, ...]] = [("value", "in SI", "as given", "status", "source", "doubt")]
     for name, said in _flat(values, with_units=True):
-        source = sources.get(name)
+        source = sources.get(name, sources.get(name.replace("matrix.viscosity.", "matrix.")))
         source = source if isinstance(source, Mapping) else {}
         told = (source.get(key) or "-" for key in ("given", "status", "text", "doubt"))
         rows.append((name, said, *map(str, told)))

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warpdrape.dynamics.loading import Loading
+import numpy as np
+
 from warpdrape.dynamics.model import Model
 
 
-def process_entries(model: Model, loading: Loading) -> dict[str, Any]:
+def process_entries(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """Entry of ``summary.json``, none for a scene without a process's duration.
 
     The inertia of a press that is simulated so many times as fast, with so much mass, is as many
@@ -17,12 +18,13 @@ def process_entries(model: Model, loading: Loading) -> dict[str, Any]:
 
     Args:
         model: the model.
-        loading: the clock of the motions.
+        history: columns over the frames: of a run that was cut off the clock of its last one.
     """
     scene = model.scene
     if scene.process_duration is None:
         return {}
-    passed, simulated = loading.time / scene.pace, loading.simulated
+    passed, simulated = (float(history[name][-1]) for name in ("loading_time_s", "time_s"))
+    passed /= scene.pace
     speed_up = passed / simulated if simulated > 0.0 else 1.0 / scene.pace
     mass, added = float(model.masses.mass.sum()), float(model.masses.added.sum())
     scaling = mass / (mass - added)

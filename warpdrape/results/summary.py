@@ -143,7 +143,7 @@ def summarise(
         "mass_scaling_order": model.masses.scaling.order,
         **of_forces,
         **loading.entries(),
-        **process_entries(model, loading),
+        **process_entries(model, history),
         "tools": [
             _tool_entry(tool.name, history) | of_tool
             for tool, of_tool in zip(model.scene.tools, contacts.get("tools", ()), strict=True)
