@@ -56,7 +56,7 @@ def build(
             matrix; 0 for one without [s].
         temperature: of the sample, likewise; 0 for that at which its viscosity is given [K].
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; or
-            "yarns", chains of bars.
+            "yarns", chains of bars, or "sliding_yarns", not pinned.
     """
     parameters = {**locals(), "fabric": getattr(fabric, "name", fabric)}
     positive("width", width, unit="m")

@@ -74,7 +74,7 @@ def build(
         bending: "fabric" for the sheet's own, "none", or a stiffness in all directions [N·m].
         contact: "fast", or "exact" to search for every vertex at every step.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
-            chains of bars; or a net, "fishnet", on the table and its side.
+            chains of bars, or "sliding_yarns"; or a net, "fishnet", on the table and its side.
     """
     parameters = dict(locals())
     one_of("case", case, CASES)

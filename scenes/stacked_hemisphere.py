@@ -65,7 +65,7 @@ def build(
         accuracy: "draft", "standard" or "reference": the summary says what it costs.
         fast: another name for the standard accuracy.
         approach: "semi_discrete"; stress as a state, "green_naghdi" or "fibre_frame"; "yarns",
-            chains of bars; or a net, "fishnet", on the closed tools.
+            chains of bars, or "sliding_yarns"; or a net, "fishnet", on the closed tools.
     """
     parameters = dict(locals())
     cloth = with_bending(fabric, bending)

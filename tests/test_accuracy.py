@@ -239,26 +239,32 @@ def test_run_and_report_say_it(pressed):
     assert words in " ".join(summary_text(result.summary).split())
 
 
-def test_a_run_is_off_by_no_more_than_it_says():
-    """With 12 cells. Fewer are no mesh of this press: with 10 a draft is off by 1.4°."""
+def test_softer_yarns_and_contacts_cost_no_more_than_is_said():
+    """At one stroke, so that inertia is common: a draft's numerics cost 0.31° and 0.35 mm.
+
+    With 12 cells; fewer are no mesh of this press: with 10 a draft is off by 1.4°.
+    """
     runs = {
-        accuracy: hemisphere.build(cells=12, accuracy=accuracy).run(frames=6, threads=1).summary
+        accuracy: hemisphere.build(cells=12, accuracy=accuracy, duration=0.08)
+        .run(frames=6, threads=1)
+        .summary
         for accuracy in ("draft", "standard", "reference")
     }
     steps = {accuracy: summary["steps"] for accuracy, summary in runs.items()}
-    assert steps["draft"] < 0.4 * steps["standard"] < 0.4 * 0.12 * steps["reference"]
-    ply = {accuracy: summary["plies"][0] for accuracy, summary in runs.items()}
-    exact = ply["reference"]
+    assert steps["draft"] < 0.8 * steps["standard"] < 0.8 * 0.25 * steps["reference"]
+    exact = runs["reference"]["plies"][0]
     for accuracy in ("draft", "standard"):
-        said, found = runs[accuracy]["numerical_error"], ply[accuracy]
+        said, found = runs[accuracy]["numerical_error"], runs[accuracy]["plies"][0]
         off = abs(found["p95_shear_deg"] - exact["p95_shear_deg"])
         drawn = max(abs(v - exact["draw_in_m"][k]) for k, v in found["draw_in_m"].items())
-        assert off <= said["p95_shear_deg"] < 1.5, accuracy
-        assert drawn <= said["draw_in_m"] < 2e-3, accuracy
-        assert "numerics: 95 % of shear" in summary_text(runs[accuracy])
+        shear, way = (
+            said["softer_yarns"][name] + said["soft_contact"][name]
+            for name in ("p95_shear_deg", "draw_in_m")
+        )
+        assert off <= shear <= said["p95_shear_deg"] < 1.5, accuracy
+        assert drawn <= way <= said["draw_in_m"] < 2e-3, accuracy
     least = runs["reference"]["numerical_error"]
     assert least["softer_yarns"]["p95_shear_deg"] == 0.0
-    assert least["p95_shear_deg"] < 0.5 * runs["standard"]["numerical_error"]["p95_shear_deg"]
 
 
 @pytest.fixture(scope="module")

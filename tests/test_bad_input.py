@@ -79,7 +79,7 @@ def scene(*plies, **options):
         ("run .", "unknown scene '.'; known: "),
         (
             "run hemisphere --set cell=3",
-            "no parameter 'cell'; did you mean 'cells'? known: angle_deg",
+            "no parameter 'cell'; did you mean 'cells'? known: accuracy",
         ),
         ("run hemisphere --set cells", "--set cells: write NAME=VALUE"),
         (

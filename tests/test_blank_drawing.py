@@ -114,6 +114,14 @@ def test_gaps_are_welded_up_to_what_is_said(draw):
     assert read_outline(wide, weld=0.6 * mm).welded == pytest.approx(0.5 * mm)
 
 
+def test_lines_may_run_either_way(draw):
+    def mixed(space):
+        for k, (start, end) in enumerate(zip(SQUARE, [*SQUARE[1:], SQUARE[0]], strict=True)):
+            space.add_line(*((start, end) if k % 2 else (end, start)))
+
+    assert read_outline(draw(mixed)).area == pytest.approx(0.006, rel=1e-12)
+
+
 def test_what_is_drawn_twice_counts_once_and_blocks_are_opened(draw):
     def twice(space):
         lines(space, SQUARE)

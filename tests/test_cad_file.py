@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import warpdrape as wd
 from warpdrape import cad_file
 from warpdrape.cad_file import read_cad
 from warpdrape.fishnet.drape import as_surface
+from warpdrape.tools import tool_mesh
 
 pytest.importorskip("OCP.STEPControl")
 TRAY = Path(__file__).parents[1] / "examples" / "tutorial" / "tray.step"
@@ -80,9 +82,12 @@ def test_the_tray_is_closed_and_of_few_facets():
     assert tool.moved((0.0, 0.0, 1.0)).surface.source == tool.surface.source
 
 
-def test_a_reversed_face_is_turned_with_its_normals(ball, tmp_path):
-    path = write(ball.Reversed(), tmp_path / "hollow.step")
-    tool = wd.Tool.from_mesh("ball", path)
+def test_a_body_inside_out_is_turned_with_its_normals(ball, tmp_path, monkeypatch):
+    found = read_cad("ball", write(ball, tmp_path / "ball.step"))
+    inside_out = trimesh.Trimesh(found.mesh.vertices, found.mesh.faces[:, ::-1], process=False)
+    hollow = replace(found, mesh=inside_out, normals=-found.normals[:, ::-1])
+    monkeypatch.setattr(tool_mesh, "read_cad", lambda *_: hollow)
+    tool = wd.Tool.from_mesh("ball", "ball.step")
     assert tool.surface.mesh.volume > 0.0
     np.testing.assert_allclose(
         tool.surface.normals, tool.vertices[tool.triangles] / 0.03, atol=1e-6

@@ -106,6 +106,21 @@ def test_from_step_and_drawing_nothing_is_scaled_twice(capsys):
     assert not Path("small.py").exists() and not Path("again.py").exists()
 
 
+@pytest.mark.parametrize(("units", "given"), [(0, "mm"), (5, "mm")])
+def test_units_are_those_of_the_file_that_states_none(units, given):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new("R2010", units=units)
+    scale = 1.0 if units == 0 else 0.1  # centimetres
+    drawing.modelspace().add_circle((0.0, 0.0), 80.0 * scale)
+    drawing.saveas("round.dxf")
+    assert new("part", "--mould", "bowl.stl", "--units", given, "--blank", "round.dxf") == 0
+    assert np.ptp(built("part").plies[0].mesh.vertices[:, 0]) == pytest.approx(0.16, rel=1e-3)
+    if units == 0:
+        pytest.importorskip("OCP.STEPControl")
+        step = TUTORIAL / "tray.step"
+        assert new("other", "--mould", step, "--units", given, "--blank", "round.dxf") == 0
+
+
 def test_a_stand_in_until_there_is_a_mould(capsys):
     assert new("part") == 0
     said = capsys.readouterr().out

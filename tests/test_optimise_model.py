@@ -178,10 +178,11 @@ def test_a_batch_spreads_and_no_place_lies_beside_another(plane):
     all_of = np.vstack([[k.place for k in known], found])
     gaps = np.linalg.norm(all_of[:, None] - all_of[None], axis=2) + np.eye(len(all_of))
     assert gaps[6:].min() > 0.1 * len(all_of) ** -0.5
-    dense = known_of(plane, bowl, 40)
-    there = np.array([k.place for k in dense])
-    for place in gaussian.propose(plane, dense, 3, 1):
-        assert np.linalg.norm(there - place, axis=1).min() > 0.1 * 43**-0.5
+    dense = known_of(plane, bowl, 20)  # where all would lie at the minimum
+    all_of = np.vstack([[k.place for k in dense], gaussian.propose(plane, dense, 5, 7)])
+    gaps = np.linalg.norm(all_of[:, None] - all_of[None], axis=2) + np.eye(len(all_of))
+    assert gaps[20:].min() > 0.1 * len(all_of) ** -0.5
+    assert gaps[20, [21, 23]].min() > 0.05  # every other one is no neighbour of the first
 
 
 def test_believed_places_are_known_and_change_no_kernel(plane):

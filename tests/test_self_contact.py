@@ -319,8 +319,8 @@ def test_friction_of_a_fabric_with_itself_must_be_there():
 
 
 def folded_patches(model, state):
-    _, memory = of_kind(model, state, SelfContact)
-    return memory.folded.numpy()
+    contact, _ = of_kind(model, state, SelfContact)
+    return contact.patches.folded.numpy()
 
 
 def test_vertices_ask_only_where_a_ply_has_folded(device):

@@ -202,6 +202,16 @@ def test_without_slides_they_are_the_pinned_yarns():
         np.testing.assert_allclose(fields["line_tension"], tension, atol=1e-8)
 
 
+def test_springs_store_half_of_force_times_elongation_on_what_is_left():
+    led, rng = Led(blank()), np.random.default_rng(6)
+    s, e = (size * rng.uniform(-1, 1, (led.count, 2)) for size in (4e-3, 1e-6))
+    left, chains = led.of.chains.left(s), led.of.chains
+    assert left.min() < 0.5
+    crossings = (chains.areas / cloth().cell_area)[:, None]
+    stored = led.measure(led.scene.plies[0].rest_points, led.slides(s=s, grip=e))[0]["crossover"]
+    assert stored == pytest.approx((0.5 * left * crossings * (2e4, 3e4) * e**2).sum(), rel=1e-12)
+
+
 def test_rigid_motion_pulls_at_nothing_and_no_motion_gives_a_net_force():
     ply, rng = blank(mesh="aligned", warp_angle=0.4, cells=11), np.random.default_rng(8)
     led = Led(ply)
@@ -359,11 +369,13 @@ def test_the_rise_of_a_pull_out_converges_to_its_shear_lag():
     """Second order: the worst error over the largest force falls fourfold with half the edge."""
     worst = []
     for edge in (0.01, 0.005):
-        _, u, force, exact = pulled(edge=edge)
+        result, u, force, exact = pulled(edge=edge)
         peak = exact.curve[1].max()
         assert exact.slips_from == pytest.approx(5e-6)
         assert u[8] < exact.slips_from and exact.force(u[8]) < 0.5 * peak < exact.force(u[-1])
         worst.append(np.abs(force - exact.mean_force(u)).max() / peak)
+        held, lost = (result.history[n][8] for n in ("crossover_j", "yarn_slip_j"))
+        assert held > 0.1 * result.history["end_work_j"][8] and abs(lost) < 0.02 * held
     assert worst[0] < 0.025 and worst[0] / worst[1] > 3.0
 
 

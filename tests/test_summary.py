@@ -132,6 +132,7 @@ def test_deep_penetration_warns_wherever_it_is(stack):
         {"interfaces": [shallow, deep]},
         {"self_contact": [shallow], "interfaces": [deep]},
         {"self_contact": [deep]},
+        {"edge_contact": [deep | {"edges_of": "upper"}]},
     ):
         summary = summary_of(stack, [Measured(entries=contacts)])
         assert summary["max_penetration_m"] == pytest.approx(0.6 * THICKNESS)
@@ -227,6 +228,8 @@ def test_what_lay_too_deep_in_each_other_is_named(stack):
             "plies 'upper' and 'lower' lay 0.42 mm",
         ),
         (met("self_contact", ply="lower"), "folds of ply 'lower' lay 0.42 mm in each other"),
+        (met("edge_contact", edges_of="lower", on="lower"), "edges of folds of ply 'lower' lay"),
+        (met("edge_contact", edges_of="lower", on="upper"), "edges of plies 'lower' and 'upper'"),
     ):
         (said,) = [w for w in summary_of(stack, [contacts])["warnings"] if "passed" in w]
         assert said.startswith(words)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from warpdrape.unit_cell.cell import UnitCell, fibre_shares
 from warpdrape.unit_cell.compaction import YarnCompaction
 from warpdrape.unit_cell.crossings import contact, crossing_friction
 from warpdrape.unit_cell.equilibrium import derivatives, energy, settle, strain_forces
-from warpdrape.unit_cell.loading import Loads, shear, shear_angles, strain_axes
+from warpdrape.unit_cell.loading import Loads, _curve, shear, shear_angles, strain_axes
 from warpdrape.unit_cell.model import build_model, patch_places
 from warpdrape.unit_cell.path import amplitude_of, crimp_of, woven_height
 from warpdrape.unit_cell.splines import spline_basis, spline_value, through
@@ -152,6 +153,9 @@ def test_the_woven_path_climbs_from_side_to_side():
 
 def test_crimps_and_heights_must_fit():
     assert cell_of().amplitudes == (0.25e-3, 0.3e-3)  # half of what they cross
+    # the warp fills more of its spacing than the weft does, and comes to it first or last
+    assert cell_of().locking == min(math.acos(4.1 / 5.2), math.acos(3.9 / 4.8))
+    assert cell_of().locking < math.acos(4.1 / 5.2) - 0.01
     wanted = cell_of().crimps
     both = cell_of(crimp=wanted)
     np.testing.assert_allclose(both.amplitudes, (0.25e-3, 0.3e-3), rtol=1e-9)
@@ -244,8 +248,9 @@ def test_held_strains_are_answered_by_the_slopes_of_the_energy_at_rest(weave):
 
 
 @weaves()
-def test_a_cell_as_woven_is_at_rest(weave):
-    model = build_model(cell_of(weave))
+@pytest.mark.parametrize("section", ["lens", "ellipse"])
+def test_a_cell_as_woven_is_at_rest(weave, section):
+    model = build_model(cell_of(weave, section=section, width=(4.7e-3, 4.4e-3)))
     rest = settle(model, np.zeros(3))
     assert rest.iterations == 1
     assert np.abs(rest.tension).max() < 1e-9 and abs(rest.couple) < 1e-12
@@ -274,7 +279,9 @@ def test_neighbours_and_patches_are_where_points_in_space_say(weave):
         apart = np.linalg.norm(points - origin - np.outer(foot, own), axis=1)
         np.testing.assert_allclose(apart, float(sides.distance(model, k, strain)))
         beside = sides.neighbour_places(model, k, strain)
-        np.testing.assert_allclose(foot / stretch[k] - moved[k] * length, beside, atol=1e-15)
+        np.testing.assert_allclose(foot / stretch[k] - moved[k] * length, beside, atol=1e-12)
+    assert float(sides.width(model, 0, strain)) == pytest.approx(0.96 * 4.1e-3)
+    assert float(sides.width(model, 1, strain)) == pytest.approx(0.98 * 3.9e-3)
     at = contact(model, model.woven, strain)
     x = at.half_warp * model.grid * stretch[0]
     y = at.half_weft * model.grid * stretch[1]
@@ -481,6 +488,28 @@ def test_a_curve_says_where_it_locks_and_where_neighbours_touch(monkeypatch):
     assert couples[3] - couples[2] > 10.0 * (couples[1] - couples[0])
 
 
+def test_the_mean_of_both_ways_of_shear_is_given():
+    """States made up, harder to shear ahead than back."""
+    model = build_model(cell_of(), elements=4, points=5)
+    angles = np.radians([0.0, 20.0, 30.0])
+
+    def state(angle, couple, friction):
+        strain = np.array([0.0, 0.0, angle, 0.0, 0.0])
+        return SimpleNamespace(strain=strain, couple=couple, friction=friction)
+
+    both = [
+        (state(0.0, 0.0, 1.0), state(-0.0, 0.0, 1.0)),
+        (state(angles[1], 2.0, 3.0), state(-angles[1], -1.0, 1.0)),
+        (state(angles[2], 5.0, 4.0), state(-angles[2], -3.0, 2.0)),
+    ]
+    curve = _curve(model, angles, both, "made up")
+    np.testing.assert_allclose(curve.elastic, [0.0, 1.5, 4.0])
+    np.testing.assert_allclose(curve.friction, [0.0, 2.0, 3.0], rtol=1e-6)
+    np.testing.assert_allclose(curve.couples, [0.0, 3.5, 7.0], rtol=1e-6)
+    assert curve.skew == pytest.approx(1.0 / 7.0)
+    assert curve.end == "made up" and curve.locking is None
+
+
 def test_sides_press_with_the_slope_of_their_energy_and_rub():
     model = build_model(balanced(weave=twill()))
     strain = np.array([0.0, 0.0, 0.8, 0.02, 0.03])
@@ -568,11 +597,16 @@ def test_loads_that_say_nothing_are_refused(change, words):
         Loads(**{"shear_tension": (1.0, 1.0), **change})
 
 
-def test_a_cell_that_finds_no_rest_says_where_and_what_to_try(monkeypatch):
-    monkeypatch.setattr("warpdrape.unit_cell.loading.ANGLE_STEP", math.radians(8.0))
+def test_a_cell_that_finds_no_rest_says_where_and_what_to_try():
     model = build_model(cell_of(), elements=4, points=5)
     with pytest.raises(RunFailed, match=r"γ = 85\.94°: give a smaller largest_angle"):
         settle(model, np.array([0.0, 0.0, 1.5]), tension=(5.0, 5.0))
+
+
+@pytest.mark.slow
+def test_a_curve_ends_where_no_rest_is_found(monkeypatch):
+    monkeypatch.setattr("warpdrape.unit_cell.loading.ANGLE_STEP", math.radians(8.0))
+    model = build_model(cell_of(), elements=4, points=5)
     far = shear(model, Loads((2.0, 2.0), largest_angle=math.radians(72.0)))
     assert far.end.startswith("beyond it no rest was found")
     assert 40.0 < math.degrees(far.angles[-1]) < 72.0

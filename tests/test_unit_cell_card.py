@@ -234,6 +234,8 @@ def test_the_command_refuses_before_it_computes(tmp_path, capsys, monkeypatch):
     assert taken.read_text("utf-8") == "mine"
     assert run("unit_cell", EXAMPLE, "--dry") == 0
     assert "crimp 0.865 %" in capsys.readouterr().out
+    assert run("unit_cell", EXAMPLE, "--dry", "--set", "width_warp=3.9 mm") == 0
+    assert "warp yarns: 3.9 × 0.6 mm" in capsys.readouterr().out
 
 
 def test_a_cell_without_rest_fails_the_command_and_leaves_no_card(tmp_path, capsys, monkeypatch):

@@ -243,6 +243,7 @@ def _summary(
         ],
         "interfaces": [],
         "self_contact": [],
+        "edge_contact": [],
         "plies": [
             _ply_entry(scene, number, ply, draped[number].net)
             | _defects(scene, number, ply, history)

@@ -39,8 +39,8 @@ class Scene(Setup):
         limits: the most that the part may have of each, for ``warpdrape judge``; None for its own.
         wanted: directions that yarns should have, against which misalignment is reported.
         approach: by which it is computed: "semi_discrete"; with stress as a state in the frame
-            "green_naghdi" or "fibre_frame"; "yarns" for chains of bars; or "fishnet" for a net on
-            the closed tools.
+            "green_naghdi" or "fibre_frame"; "yarns" for chains of bars, "sliding_yarns" for such
+            that are not pinned; or "fishnet" for a net on the closed tools.
         parameters: what the scene script was called with, for ``run.json``.
         script: path of the script that built it, likewise; empty for a bundled scene or none.
         call: how the command line began it, for ``warpdrape resume``; empty from Python.

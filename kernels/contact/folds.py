@@ -30,6 +30,7 @@ class Patches:
     high: wp.array(dtype=wp.vec3d)  # the opposite one [m], likewise
     normal: wp.array(dtype=wp.vec3d)  # mean, of unit length, likewise
     spread: wp.array(dtype=wp.float64)  # largest angle to the mean normal [rad], likewise
+    folded: wp.array(dtype=wp.int32)  # 1 if it may touch its ply, as marked last, likewise
 
 
 @wp.kernel(enable_backward=False)
@@ -91,16 +92,14 @@ def mark_folds(
     first_patch: int,
     count: int,
     search: PlySearch,
-    folded: wp.array(dtype=wp.int32),
 ):
     """Say of each patch of a ply whether it may touch the ply; one thread a patch.
 
     Args:
-        patches: as bounded.
+        patches: as bounded; whether they may is written into it.
         first_patch: of the ply.
         count: of its patches.
         search: how to look.
-        folded: 1 if it may, shape [patch]; overwritten.
     """
     p = first_patch + wp.tid()
     found = patches.gaping[p]
@@ -108,4 +107,4 @@ def mark_folds(
     for q in range(first_patch, first_patch + count):
         if found == 0 and may_touch(patches, p, q, margin):
             found = 1
-    folded[p] = found
+    patches.folded[p] = found

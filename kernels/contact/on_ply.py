@@ -182,6 +182,81 @@ def settled(
 
 
 @wp.func
+def press_slot(
+    law: ContactLaw,
+    laws: CompactionLaws,
+    i: int,
+    slot: int,
+    point: wp.vec3d,
+    velocity: wp.vec3d,
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    slots: Slots,
+    f: wp.array(dtype=wp.vec3d),
+    lost: wp.array(dtype=wp.vec3d),
+):
+    """Add the force of a point on the triangle that its slot touches, and return the one on it.
+
+    Args:
+        law: contact law.
+        laws: of compaction.
+        i: vertex in whose name losses are booked.
+        slot: of the contact.
+        point: that touches [m].
+        velocity: its own, half a step ago [m/s].
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        slots: memory of the contacts; updated.
+        f: forces [N], shape [vertex]; accumulated.
+        lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
+
+    Returns:
+        Whether there is a force, and the one on the point [N].
+    """
+    zero = wp.float64(0.0)
+    contact = slots.contacts[slot]
+    stored = slots.stored[slot]
+    if contact.near == 0:
+        if stored > zero:  # slid over a ply's edge
+            lost[i] += wp.vec3d(stored, zero, zero)
+            slots.stored[slot] = zero
+            slots.forces[slot] = zero
+            slots.springs[slot] = wp.vec3d()
+            slots.dashpots[slot] = zero
+        return False, wp.vec3d()
+    gap = contact_gap(contact, x, point)
+    if gap >= zero and stored == zero:
+        return False, wp.vec3d()
+    a = contact.a
+    b = contact.b
+    c = contact.c
+    w = contact.weights
+    t = contact_traction(
+        law,
+        laws,
+        contact.mass,
+        contact.pad,
+        contact.rub,
+        gap,
+        contact.normal,
+        velocity - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),
+        slots.springs[slot],
+        slots.dashpots[slot],
+    )
+    slots.springs[slot] = t.spring
+    slots.dashpots[slot] = t.dashpot
+    slots.stored[slot] = t.stored
+    slots.forces[slot] = t.pressing
+    slots.slip[slot] += t.slip
+    slots.spent[slot] += t.friction + t.damping
+    lost[i] += wp.vec3d(t.friction, t.damping, zero)
+    wp.atomic_sub(f, a, w[0] * t.force)
+    wp.atomic_sub(f, b, w[1] * t.force)
+    wp.atomic_sub(f, c, w[2] * t.force)
+    return True, t.force
+
+
+@wp.func
 def press_on_ply(
     law: ContactLaw,
     laws: CompactionLaws,
@@ -206,44 +281,6 @@ def press_on_ply(
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    zero = wp.float64(0.0)
-    contact = slots.contacts[slot]
-    stored = slots.stored[slot]
-    if contact.near == 0:
-        if stored > zero:  # slid over a ply's edge
-            lost[i] += wp.vec3d(stored, zero, zero)
-            slots.stored[slot] = zero
-            slots.forces[slot] = zero
-            slots.springs[slot] = wp.vec3d()
-            slots.dashpots[slot] = zero
-        return
-    gap = contact_gap(contact, x, x[i])
-    if gap >= zero and stored == zero:
-        return
-    a = contact.a
-    b = contact.b
-    c = contact.c
-    w = contact.weights
-    t = contact_traction(
-        law,
-        laws,
-        contact.mass,
-        contact.pad,
-        contact.rub,
-        gap,
-        contact.normal,
-        v[i] - (w[0] * v[a] + w[1] * v[b] + w[2] * v[c]),
-        slots.springs[slot],
-        slots.dashpots[slot],
-    )
-    slots.springs[slot] = t.spring
-    slots.dashpots[slot] = t.dashpot
-    slots.stored[slot] = t.stored
-    slots.forces[slot] = t.pressing
-    slots.slip[slot] += t.slip
-    slots.spent[slot] += t.friction + t.damping
-    lost[i] += wp.vec3d(t.friction, t.damping, zero)
-    wp.atomic_add(f, i, t.force)
-    wp.atomic_sub(f, a, w[0] * t.force)
-    wp.atomic_sub(f, b, w[1] * t.force)
-    wp.atomic_sub(f, c, w[2] * t.force)
+    pressed, force = press_slot(law, laws, i, slot, x[i], v[i], x, v, slots, f, lost)
+    if pressed:
+        wp.atomic_add(f, i, force)

@@ -192,7 +192,6 @@ def find_self_contacts(
     flat: FlatPly,
     ply: SearchedSelf,
     patches: Patches,
-    folded: wp.array(dtype=wp.int32),
     first: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
@@ -215,8 +214,7 @@ def find_self_contacts(
         facets: of all plies.
         flat: the flat plies.
         ply: the searched one.
-        patches: the plies' patches.
-        folded: whether a patch may touch its ply, shape [patch].
+        patches: the plies' patches, which may touch their ply.
         first: number of the first vertex.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
@@ -230,7 +228,7 @@ def find_self_contacts(
     i = first + wp.tid()
     above = ply.first_slot + i - ply.first_vertex
     below = above + ply.vertices
-    asks = search.asks == 1 and (folded[patches.of_vertex[i]] == 1 or pressing[i] == 1)
+    asks = search.asks == 1 and (patches.folded[patches.of_vertex[i]] == 1 or pressing[i] == 1)
     if search.asks == 1 and not asks:
         seen[above] = 0
         seen[below] = 0

@@ -105,6 +105,15 @@ def layers_of(path: Path) -> list[str]:
     return sorted({entity.dxf.layer for entity in _entities(drawing.modelspace())})
 
 
+def states_unit(path: Path) -> bool:
+    """Whether a drawing states its unit; False too for what is no drawing."""
+    ezdxf = needed("ezdxf", "dxf")
+    try:
+        return bool(ezdxf.readfile(path).units)
+    except (OSError, ezdxf.DXFError, UnicodeDecodeError, ValueError):
+        return False
+
+
 def _entities(space: Any) -> Iterator[Any]:
     for entity in space:
         if entity.dxftype() == "INSERT":

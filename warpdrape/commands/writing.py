@@ -179,9 +179,10 @@ def _mould(arguments: argparse.Namespace, tolerance: float) -> tuple[Mould, list
         raise InputError(
             f"{file} is {_sizes(file)}, and states no unit: give --units, as in --units mm"
         )
+    drawing = (arguments.blank or "").lower().endswith(".dxf")
     mould = Mould.from_file(
         file,
-        units=arguments.units,
+        units=None if cad and drawing else arguments.units,  # which are the drawing's then
         tolerance=tolerance if cad else None,
         kind=arguments.kind,
         up=arguments.up,
@@ -227,10 +228,12 @@ def _blank(
         x, y = (positive("--blank", float(found[k]) * factor, unit="m") for k in (1, 2))
         return None, (x, y), False, []
     from warpdrape.blanks.drawn import read_outline
+    from warpdrape.blanks.dxf_curves import states_unit
 
     if not arguments.blank.lower().endswith(".dxf"):
         raise InputError(f"--blank {arguments.blank} must be a .dxf, or a size such as 300x200mm")
-    drawn = read_outline(arguments.blank, layer=arguments.layer, unit=arguments.units or None)
+    unit = None if states_unit(Path(arguments.blank)) else arguments.units or None
+    drawn = read_outline(arguments.blank, layer=arguments.layer, unit=unit)
     polygon = shapely.Polygon(drawn.polygon.points)
     centred = not polygon.contains(mould.face.outline.buffer(-1e-3))
     states = f"states its unit, {drawn.unit}" if drawn.states_unit else f"counts in {drawn.unit}"

@@ -67,6 +67,7 @@ def cut_into_patches(
         wp.zeros(count, dtype=wp.vec3d, device=device) for _ in range(3)
     )
     patches.spread = wp.zeros(count, dtype=wp.float64, device=device)
+    patches.folded = wp.ones(count, dtype=wp.int32, device=device)
     return patches, tuple(runs)
 
 

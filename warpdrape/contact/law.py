@@ -13,8 +13,8 @@ from warpdrape.setup import Setup
 CONTACTS_AT_A_VERTEX = 8
 """Contacts that one vertex may feel at once: two sides, its own and those of opposite vertices,
 each pair of masses counted at both ends; a side is touched by other plies or by the ply itself,
-hardly by both at once. Features of tools, which share the masses of the triangles that they meet,
-make one more."""
+hardly by both at once. Edges that touch edges share their vertices' masses, features of tools those
+of the triangles that they meet: each make one more."""
 
 
 def contact_law(scene: Setup, time_step: float, device: str) -> ContactLaw:
@@ -40,7 +40,8 @@ def step_share(scene: Setup) -> float:
     if not scene.tools and len(scene.plies) == 1 and not scene.touches_itself(scene.plies[0]):
         return 0.0
     share, damping = scene.numerics.contact_share, scene.numerics.contact_damping
-    contacts = CONTACTS_AT_A_VERTEX + int(has_features(scene))
+    edges = len(scene.plies) > 1 or scene.touches_itself(scene.plies[0])
+    contacts = CONTACTS_AT_A_VERTEX + int(edges) + int(has_features(scene))
     taken = contacts * share + 2.0 * 4.0 * damping * math.sqrt(share)
     if taken >= 3.5:
         raise InputError(

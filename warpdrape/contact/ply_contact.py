@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import ClassVar
 
 import numpy as np
 import warp as wp
 
 from warpdrape.contact.compaction import Pads
-from warpdrape.contact.friction import rubs
 from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
+from warpdrape.contact.stack import ply_stack
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.ply_contact import PlyStack
-from warpdrape.materials.friction import Friction
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart, PlyState
 from warpdrape.timing import Timing
-
-NONE = Friction(coefficient=0.0)
-"""Between a ply and itself, which self-contact knows of."""
 
 
 @dataclass(frozen=True)
@@ -222,31 +217,12 @@ def build(
         spans,
         mass,
         surfaces,
-        _stack(scene, surfaces, spans, pads),
+        ply_stack(scene, surfaces, spans, pads, device),
         _looks(spans),
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step, device),
         pads.laws,
     )
-
-
-def _stack(scene: Setup, surfaces: PlySurfaces, spans: tuple[Span, ...], pads: Pads) -> PlyStack:
-    stack, device = PlyStack(), surfaces.device
-    meshes = [mesh.id for mesh in surfaces.meshes]
-    stack.meshes = wp.array(meshes, dtype=wp.uint64, device=device)
-    first = [span.first_triangle for span in spans]
-    stack.first_triangle = wp.array(first, dtype=wp.int32, device=device)
-    half = [0.5 * ply.fabric.thickness for ply in scene.plies]
-    stack.half = wp.array(half, dtype=wp.float64, device=device)
-    between = [
-        NONE if one is other else scene.friction_between(one, other)
-        for one, other in product(scene.plies, repeat=2)
-    ]
-    stack.rubs = rubs(scene, between, device)
-    stack.pads = wp.array(pads.of_plies.ravel(), dtype=wp.int32, device=device)
-    # Vertices of both plies bear an interface, each with half of its area.
-    stack.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)
-    return stack
 
 
 def _looks(spans: tuple[Span, ...]) -> tuple[PlyLook, ...]:

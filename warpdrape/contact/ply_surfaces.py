@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from warpdrape.contact.folds import cut_into_patches
 from warpdrape.contact.law import near_reach
 from warpdrape.contact.ply_facets import build_facets
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.contact import look_ahead
 from warpdrape.kernels.contact import ply_surfaces as kernels
 from warpdrape.kernels.contact.facets import PlyFacets
+from warpdrape.kernels.contact.folds import Patches
 from warpdrape.kernels.contact.on_ply import PlySearch
 from warpdrape.setup import Setup
 from warpdrape.state import PlyState
@@ -47,6 +49,8 @@ class PlySurfaces:
         meshes: per ply, moved along for searches.
         normals: at vertices [-], shape [vertex].
         hollows: room on either side of a vertex [m], shape [vertex].
+        patches: all plies cut into patches, which say where one may have folded.
+        patch_runs: which patches are of each ply.
         shapes: whether normals and hollows are needed; self-contact does without.
     """
 
@@ -58,6 +62,8 @@ class PlySurfaces:
     meshes: tuple[wp.Mesh, ...]
     normals: wp.array
     hollows: wp.array
+    patches: Patches
+    patch_runs: tuple[Run, ...]
     shapes: bool
     name: str = "ply surfaces"
     searches: str = "ply surfaces"
@@ -136,6 +142,7 @@ def build(
         for ply in scene.plies
     )
     vertices = spans[-1].vertices.stop
+    patches, runs = cut_into_patches(scene.plies, spans, device)
     first_vertex = np.array([*(span.first_vertex for span in spans), vertices])
     return PlySurfaces(
         device,
@@ -146,6 +153,8 @@ def build(
         meshes,
         wp.zeros(vertices, dtype=wp.vec3d, device=device),
         wp.zeros(vertices, dtype=wp.vec2d, device=device),
+        patches,
+        runs,
         shapes,
     )
 

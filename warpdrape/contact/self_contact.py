@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +11,6 @@ import warp as wp
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.contact.compaction import Pads
-from warpdrape.contact.folds import cut_into_patches
 from warpdrape.contact.friction import rub
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
@@ -47,14 +47,12 @@ class SelfContactMemory(SlotMemory):
     Attributes:
         seen: the triangle last seen plus one, shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
-        folded: whether a patch may touch its ply, shape [patch].
         deepest: deepest penetration of each ply into itself [m], shape [ply].
         jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
     seen: wp.array
     pressing: wp.array
-    folded: wp.array
     deepest: wp.array
     jump: wp.array
     apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
@@ -100,7 +98,6 @@ class SelfContact:
             **SlotMemory.empty(slots, device),
             seen=wp.zeros(slots, dtype=wp.int32, device=device),
             pressing=wp.zeros(self.mass.shape[0], dtype=wp.int32, device=device),
-            folded=wp.ones(len(self.patches.column), dtype=wp.int32, device=device),
             deepest=wp.zeros(plies, dtype=wp.float64, device=device),
             jump=wp.zeros(plies, dtype=wp.float64, device=device),
         )
@@ -114,23 +111,21 @@ class SelfContact:
                 launch
                 for ply in self.plies
                 if ply.number in share.plies and self.scene.numerics.contact == "fast"
-                for launch in self._mark(ply, part, plies, memory)
+                for launch in self._mark(ply, part, plies)
             ),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
             scatter=tuple(self._forces(*each, plies, memory) for each in own),
         )
 
-    def _mark(
-        self, ply: SearchedSelf, part: int, plies: PlyState, memory: SelfContactMemory
-    ) -> tuple[Launch, Launch]:
+    def _mark(self, ply: SearchedSelf, part: int, plies: PlyState) -> tuple[Launch, Launch]:
         first, count = self.runs[ply.number]
         thickness = ply.thickness
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=True)
         inputs = [self.surfaces.facets, plies.x, first]
         bound = Launch(folds.bound_patches, count, inputs, [self.patches])
         inputs = [self.patches, first, count, search]
-        return bound, Launch(folds.mark_folds, count, inputs, [memory.folded])
+        return bound, Launch(folds.mark_folds, count, inputs, [])
 
     def _find(
         self,
@@ -145,7 +140,7 @@ class SelfContact:
         thickness = ply.thickness
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
-        inputs += [self.patches, memory.folded, run.first, self.mass, plies.x]
+        inputs += [self.patches, run.first, self.mass, plies.x]
         outputs = [memory.seen, memory.slots, memory.pressing]
         outputs += [plies.lost, memory.deepest, memory.jump]
         return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
@@ -228,13 +223,6 @@ def build(
     numbers = [n for n, ply in enumerate(scene.plies) if scene.touches_itself(ply)]
     if not numbers:
         return None
-    flat = FlatPly()
-    places = np.concatenate([ply.rest_points for ply in scene.plies])
-    flat.places = wp.array(places, dtype=wp.vec3d, device=device)
-    apart = np.concatenate([_apart(ply) for ply in scene.plies])
-    flat.apart = wp.array(apart, dtype=wp.float64, device=device)
-    # Vertices of both folds bear what is between them, each with half of its area.
-    flat.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)
     plies, slot = [], 0
     for number in numbers:
         ply, span, searched = scene.plies[number], spans[number], SearchedSelf()
@@ -250,10 +238,29 @@ def build(
         plies.append(searched)
         slot += 2 * span.vertex_count
     law = contact_law(scene, timing.time_step, device)
-    patches, runs = cut_into_patches(scene.plies, spans, device)
+    patches, runs = surfaces.patches, surfaces.patch_runs
+    flat = flat_plies(scene.plies, pads, device)
     return SelfContact(
         device, scene, timing, mass, surfaces, flat, tuple(plies), patches, runs, law, pads.laws
     )
+
+
+def flat_plies(plies: Sequence[Ply], pads: Pads, device: str) -> FlatPly:
+    """Put on a device where the plies' vertices lie on the flat sheets.
+
+    Args:
+        plies: all plies.
+        pads: what gives way in contacts.
+        device: Warp device.
+    """
+    flat = FlatPly()
+    places = np.concatenate([ply.rest_points for ply in plies])
+    flat.places = wp.array(places, dtype=wp.vec3d, device=device)
+    apart = np.concatenate([_apart(ply) for ply in plies])
+    flat.apart = wp.array(apart, dtype=wp.float64, device=device)
+    # Vertices of both folds bear what is between them, each with half of its area.
+    flat.areas = wp.array(0.5 * pads.areas, dtype=wp.float64, device=device)
+    return flat
 
 
 def _apart(ply: Ply) -> np.ndarray:

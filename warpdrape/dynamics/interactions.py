@@ -8,6 +8,7 @@ import warp as wp
 
 from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact import (
+    edge_contact,
     ply_contact,
     ply_surfaces,
     self_contact,
@@ -44,7 +45,7 @@ on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scalin
 alone. Its elements say how parts on several threads share out a ply."""
 FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
-CONTACTS = (ply_contact, self_contact, tool_features, tool_contact)
+CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""
 
 

@@ -161,7 +161,7 @@ def _how(runner: Runner) -> str:
                 if found
                 else ""
             )
-            + (", ".join(found) + "; near zero they were no guide." if found else "")
+            + (", ".join(found) + "; where it is not high they were no guide." if found else "")
         )
     if task.repeats:
         words.append(

@@ -150,6 +150,7 @@ def summarise(
         ],
         "interfaces": contacts.get("interfaces", []),
         "self_contact": contacts.get("self_contact", []),
+        "edge_contact": contacts.get("edge_contact", []),
         "plies": [
             _ply_entry(model, number, measured, ply)
             | defect_entries(model.scene, number, ply, history)
@@ -210,6 +211,12 @@ def passed_through(model: Model, contacts: Mapping[str, Sequence[Mapping[str, An
     for entry in contacts.get("self_contact", ()):
         name = entry["ply"]
         found.append((entry, f"folds of ply {name!r}", thin[name], 2.0 * rooms[name]))
+    for entry in contacts.get("edge_contact", ()):
+        one, other = entry["edges_of"], entry["on"]
+        words = f"edges of plies {one!r} and {other!r}"
+        if one == other:
+            words = f"edges of folds of ply {one!r}"
+        found.append((entry, words, min(thin[one], thin[other]), rooms[one] + rooms[other]))
     deep = [
         (entry["max_penetration_m"] - room, entry["max_penetration_m"], words)
         for entry, words, thickness, room in found

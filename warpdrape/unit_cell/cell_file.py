@@ -126,7 +126,7 @@ def _placed(text: str, section: Section, own: Mapping[str, Any]) -> str:
     where = f"{section.file}, line "
     if not text.startswith(where):  # from a record, which knows no file
         named = [key for key in section.values if key in text]
-        key = max(named, key=len, default="")
+        key = min(named, key=lambda name: (text.find(name), -len(name)), default="")
         line = section.lines.get(key, 1)
         text = f"{where}{line}: " + (f"key {key!r}: " if key else "") + text
     if any(f"key {key!r}" in text for key in own):

@@ -35,7 +35,8 @@ class YarnCompaction:
         """∫p de [J/m³], none below e = 0, infinite from e = 1 on; complex e are taken, too."""
         e, n = np.asarray(squeeze), self.exponent
         left = np.where((e.real > 0.0) & (e.real < 1.0), 1.0 - e, 1.0)
-        inside = (left ** (1.0 - n) - 1.0) / (n - 1.0) - (1.0 - left)
+        with np.errstate(over="ignore"):  # so near to e = 1 it is as good as infinite
+            inside = (left ** (1.0 - n) - 1.0) / (n - 1.0) - (1.0 - left)
         return np.where(e.real < 1.0, self.pressure * inside, np.inf)
 
     def stress(self, squeeze: np.ndarray) -> np.ndarray:

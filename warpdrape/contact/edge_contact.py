@@ -1,0 +1,242 @@
+"""Contact of edges with edges, between plies and within one: launches, energy and entries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from warpdrape.contact.compaction import Pads
+from warpdrape.contact.law import contact_law
+from warpdrape.contact.ply_contact import thickest
+from warpdrape.contact.ply_edges import build_edges
+from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
+from warpdrape.contact.pressure import LOWER, UPPER, depths_now, on_corners
+from warpdrape.contact.self_contact import flat_plies
+from warpdrape.contact.slots import SlotMemory
+from warpdrape.contact.stack import ply_stack
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.kernels.contact import edge_contact as kernels
+from warpdrape.kernels.contact import ridges
+from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
+from warpdrape.kernels.contact.edge_contact import Sheets
+from warpdrape.setup import Setup
+from warpdrape.state import Across, Apart, PlyState
+from warpdrape.timing import Timing
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeContactMemory(SlotMemory):
+    """What contact of edges remembers; a slot is an edge.
+
+    Attributes:
+        seen: of the searches, shape [edge].
+        ridges: to which side edges stick out, shape [edge].
+        pressing: whether an edge may touch before the next search, shape [edge].
+        watched: whether edges of a vertex are ridges or touch, shape [vertex].
+        touching: whether they may touch before the next search, shape [vertex].
+        deepest: deepest that each ply's edges have pressed into each ply's [m], shape [ply · ply].
+        jump: largest penetration that a jump of the gap allowed [m], likewise.
+    """
+
+    seen: wp.array
+    ridges: wp.array
+    pressing: wp.array
+    watched: wp.array
+    touching: wp.array
+    deepest: wp.array
+    jump: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeContact:
+    """Contact of the plies' edges with each other.
+
+    Attributes:
+        device: Warp device.
+        scene: what is computed.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        spans: where plies are.
+        sheets: the plies, for the kernels.
+        hollows: room on either side of a vertex [m], shape [vertex].
+        law: the contact law.
+        laws: of compaction.
+    """
+
+    device: str
+    scene: Setup
+    timing: Timing
+    mass: wp.array
+    spans: tuple[Span, ...]
+    sheets: Sheets
+    hollows: wp.array
+    law: ContactLaw
+    laws: CompactionLaws
+    name: str = "edge contact"
+    searches: str = "edge search"
+
+    def start(self) -> EdgeContactMemory:
+        """Nothing found yet."""
+        pairs, device = len(self.scene.plies) ** 2, self.device
+        edges, vertices = self.sheets.edges.ends.shape[0], self.mass.shape[0]
+        return EdgeContactMemory(
+            **SlotMemory.empty(edges, device),
+            seen=wp.zeros(edges, dtype=kernels.EdgeMemory, device=device),
+            ridges=wp.zeros(edges, dtype=wp.int32, device=device),
+            pressing=wp.zeros(edges, dtype=wp.int32, device=device),
+            watched=wp.zeros(vertices, dtype=wp.int32, device=device),
+            touching=wp.zeros(vertices, dtype=wp.int32, device=device),
+            deepest=wp.zeros(pairs, dtype=wp.float64, device=device),
+            jump=wp.zeros(pairs, dtype=wp.float64, device=device),
+        )
+
+    def launches(self, share: Share, bodies: Bodies, memory: EdgeContactMemory) -> Launches:
+        """Searches of the edges that begin at a part's own vertices, and what these bring."""
+        plies, part = bodies.plies, share.number
+        own = [(number, run) for number, runs in enumerate(share.by_ply) for run in runs]
+        return Launches(
+            copy=tuple(self._mark(run, plies, memory) for _, run in own),
+            ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
+            walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
+            scatter=tuple(self._forces(run, plies, memory) for _, run in own),
+        )
+
+    def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
+        inputs = [run.first, self.sheets.facets, self.sheets.edges, plies.x, memory.pressing]
+        outputs = [memory.ridges, memory.watched]
+        return Launch(ridges.find_ridges, run.count, inputs, outputs)
+
+    def _find(
+        self,
+        number: int,
+        run: Run,
+        part: int,
+        plies: PlyState,
+        memory: EdgeContactMemory,
+        *,
+        asking: bool,
+    ) -> Launch:
+        scene = self.scene
+        thickness = thickest(scene)
+        inputs = [
+            self.law,
+            self.laws,
+            ply_search(scene, self.timing, plies, part, thickness, asking=asking),
+            self.sheets,
+            number,
+            int(scene.touches_itself(scene.plies[number])),
+            run.first,
+            self.mass,
+            plies.x,
+            self.hollows,
+            memory.ridges,
+        ]
+        outputs = [memory.seen, memory.slots, memory.pressing, memory.watched, memory.touching]
+        outputs += [plies.lost, memory.deepest, memory.jump]
+        return Launch(kernels.find_edge_contacts, run.count, inputs, outputs)
+
+    def _forces(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
+        inputs = [self.law, self.laws, self.sheets.edges, run.first, plies.x, plies.v]
+        inputs += [memory.touching, memory.pressing, memory.seen]
+        return Launch(
+            kernels.add_edge_forces, run.count, inputs, [memory.slots, plies.f, plies.lost]
+        )
+
+    def measure(self, bodies: Bodies, memory: EdgeContactMemory) -> Measured:
+        """Energy in contact springs and friction springs, pressure, and depth of each pair."""
+        stored = memory.stored.numpy()
+        return Measured(
+            {"contact": float(stored.sum())},
+            pressing={"contact_pressure": self._pressing(memory)},
+            entries={"edge_contact": self._entries(bodies, memory, stored)},
+        )
+
+    def _entries(
+        self, bodies: Bodies, memory: EdgeContactMemory, stored: np.ndarray
+    ) -> list[dict[str, Any]]:
+        """An entry for each two plies, or ply, whose edges have met.
+
+        Penetration is how far they press into each other. What lay in each other before both were
+        ridges, as chords do where the mesh is coarse, is the jump of the gap.
+        """
+        x, contacts, seen = (a.numpy() for a in (bodies.plies.x, memory.contacts, memory.seen))
+        ends, share = self.sheets.edges.ends.numpy(), seen["share"][:, None]
+        points = (1.0 - share) * x[ends[:, 0]] + share * x[ends[:, 1]]
+        depths = depths_now(contacts, points, x) - contacts["allowance"]
+        slip = memory.slip.numpy()
+        count = len(self.scene.plies)
+        deepest, jump = (a.numpy().reshape(count, count) for a in (memory.deepest, memory.jump))
+        firsts = [span.first_vertex for span in self.spans]
+        own, other = (
+            np.searchsorted(firsts, at, side="right") - 1 for at in (ends[:, 0], contacts["a"])
+        )
+        entries = []
+        for one, two in np.ndindex(count, count):
+            met = (own == one) & (other == two) & (contacts["near"] == 1)
+            depth = max(float(deepest[one, two]), float(depths[met].max(initial=0.0)))
+            if depth <= 0.0 and not (stored[met] > 0.0).any():
+                continue
+            entries.append(
+                {
+                    "edges_of": self.scene.plies[one].name,
+                    "on": self.scene.plies[two].name,
+                    "touching_edges": int((stored[met] > 0.0).sum()),
+                    "max_slip_m": float(slip[met].max(initial=0.0)),
+                    "max_penetration_m": depth,
+                    "max_gap_jump_m": float(jump[one, two]),
+                }
+            )
+        return entries
+
+    def _pressing(self, memory: EdgeContactMemory) -> np.ndarray:
+        """Normal forces on lower and upper faces [N], shape [2, vertex]."""
+        forces, vertices = memory.forces.numpy(), self.mass.shape[0]
+        pressing = np.zeros((2, vertices))
+        if not forces.any():
+            return pressing
+        way_out, contacts = memory.ridges.numpy(), memory.contacts.numpy()
+        ends, share = self.sheets.edges.ends.numpy(), memory.seen.numpy()["share"]
+        other = way_out[np.maximum(memory.seen.numpy()["other"] - 1, 0)]
+        for face, way in ((UPPER, 1), (LOWER, -1)):
+            mine = np.where(way_out == way, forces, 0.0)
+            for end, part in ((0, 1.0 - share), (1, share)):
+                pressing[face] += np.bincount(ends[:, end], mine * part, vertices)
+            pressing[face] += on_corners(contacts, np.where(other == way, forces, 0.0), vertices)
+        return pressing
+
+
+def build(
+    scene: Setup,
+    spans: tuple[Span, ...],
+    timing: Timing,
+    mass: wp.array,
+    surfaces: PlySurfaces | None,
+    pads: Pads,
+    device: str,
+) -> EdgeContact | None:
+    """Put the plies' edges on a device; None for a single ply that does not touch itself.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        mass: vertex masses [kg], shape [vertex].
+        surfaces: the plies' surfaces.
+        pads: what gives way in contacts.
+        device: Warp device.
+    """
+    if len(scene.plies) == 1 and not scene.touches_itself(scene.plies[0]):
+        return None
+    sheets = kernels.Sheets()
+    triangles = [ply.mesh.triangles for ply in scene.plies]
+    sheets.facets, sheets.patches = surfaces.facets, surfaces.patches
+    sheets.edges = build_edges(triangles, spans, device)
+    sheets.flat = flat_plies(scene.plies, pads, device)
+    sheets.stack = ply_stack(scene, surfaces, spans, pads, device)
+    law = contact_law(scene, timing.time_step, device)
+    hollows = surfaces.hollows
+    return EdgeContact(device, scene, timing, mass, spans, sheets, hollows, law, pads.laws)
