@@ -212,6 +212,12 @@ def test_where_nothing_can_be_said_that_is_said(change, reason):
     assert words == f"what the numerics cost is not known: {reason}"
 
 
+def test_what_was_measured_on_dry_plies_says_nothing_of_prepregs():
+    wet = replace(blank(), fabric="synthetic_prepreg")
+    reason = "it was measured on dry plies, and a matrix is in these"
+    assert numerical_error(MEASURES, [blank(), wet]) == {"not_known": reason}
+
+
 def said(entry, plies):
     """An estimate in words, in a run of so many plies."""
     return numerical_error_text({"numerical_error": entry, "plies": [{}] * plies})

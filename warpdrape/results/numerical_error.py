@@ -44,6 +44,8 @@ def numerical_error(summary: Mapping[str, Any], plies: Sequence[Ply]) -> dict[st
         return {"not_known": "nothing is pressed"}
     if not summary["quasi_static"]:
         return {"not_known": "not quasi-static"}
+    if any(ply.fabric.matrix is not None for ply in plies):
+        return {"not_known": "it was measured on dry plies, and a matrix is in these"}
     length = max(longest_yarn(ply) for ply in plies)
     strain, kinetic = summary.get("softening_strain", 0.0), summary["kinetic_ratio_loaded"]
     depth = summary["max_penetration_m"]
