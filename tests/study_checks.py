@@ -10,6 +10,7 @@ scene = "hemisphere"
 [set]
 cells = 4
 facet = "10mm"
+accuracy = "reference"
 [run]
 frames = 3
 [design]
@@ -26,6 +27,7 @@ rows = [
 SETTINGS = (
     "cells=4",
     "facet=10mm",
+    "accuracy=reference",
     "duration=0.002",
     "holder_force=200.0",
     "travel=0.02",

@@ -12,12 +12,12 @@ from warpdrape import cli
 from warpdrape.scenes import hemisphere
 from warpdrape.timing import choose_step
 
-SMALL = {"cells": 6, "duration": 0.005}
+SMALL = {"cells": 6, "duration": 0.005, "accuracy": "reference", "brake": 0.3}
 
 
-@pytest.mark.parametrize("factor", [2.5, 20.0])
+@pytest.mark.parametrize("factor", [3.0, 20.0])
 def test_a_run_that_blows_up(factor, tmp_path, capsys, monkeypatch):
-    """2.5 times the stable step blows up after a frame or so, twenty times at once."""
+    """Three times the stable step blows up after a frame or so, twenty times at once."""
 
     def unstable(scene, stable):
         return factor * choose_step(scene, stable)

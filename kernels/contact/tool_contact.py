@@ -27,6 +27,8 @@ SINGLE = wp.constant(wp.float64(1e-6))
 ON_RIDGE = wp.constant(wp.float64(0.01))
 """Share of its distance by which a vertex may lie behind a facet whose ridge is nearest: rounding
 to single leaves the choice between the two facets there to chance."""
+ALIKE = wp.constant(wp.float64(1e-3))
+"""… and at least, from a millimetre on: squares of distances are good to 10⁻⁷ of themselves."""
 SAME_FACE = wp.constant(wp.float64(0.99))
 """Cosine between a vertex's plane and the surface below which, at a border, it is on the edge."""
 
@@ -207,7 +209,8 @@ def tangent_plane(
     gap = height - offset
     aside = wp.length_sq(at - point) - height * height
     border = is_on_border(w, surfaces.open_edges[facet])
-    outside = height >= -wp.min(SINGLE, ON_RIDGE * distance) and distance > zero
+    chance = wp.min(wp.max(SINGLE, ALIKE * distance), ON_RIDGE * distance)
+    outside = height >= -chance and distance > zero
     if outside and is_on_border(w, surfaces.ridges[facet]):
         normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
         height = distance
