@@ -147,7 +147,7 @@ class Mould:
         Args:
             name: such as "punch".
             gap: between the two [m]: the plies' thickness and more.
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("gap", gap)
         female = self.kind == "female" and self.has_rim
