@@ -224,6 +224,14 @@ def test_limits_of_the_scene_are_said_and_kept(undrawn):
         scene(limits=3)
 
 
+def test_limits_of_what_a_scene_has_not_are_refused_before_it_runs():
+    with pytest.raises(InputError, match=r"limits.coverage 'punsh'; did you mean 'punch'"):
+        scene(limits=Limits(coverage={"punsh": 0.1}))
+    with pytest.raises(InputError, match=r"limits.misalignment_deg 'spar'"):
+        scene(limits=Limits(misalignment_deg={"spar": 5.0}))
+    assert scene(limits=Limits(coverage={"punch": 0.1})).limits.coverage == {"punch": 0.1}
+
+
 def test_a_prepreg_is_said_with_its_clock_and_temperatures(tmp_path):
     said: list[str] = []
     wet = prepreg_hemisphere.build(cells=4, facet=0.02, closing_time=5.0)

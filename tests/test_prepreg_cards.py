@@ -13,6 +13,7 @@ from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.fabric_units import si_factor, si_zero
 from warpdrape.report.record import record_section
 from warpdrape.results.run_record import plain
+from warpdrape.studies.cards import read_card
 
 CARD = resources.files("warpdrape.fabrics").joinpath("synthetic_prepreg.toml").read_text("utf-8")
 
@@ -160,3 +161,11 @@ def test_a_report_has_units_and_sources_of_a_matrix():
     assert cells["matrix.viscosity.lowest_rate"][:3] == ["0.01 1/s", "0.01 1/s", "assumed"]
     assert cells["matrix.shift.reference_temperature"][:2] == ["533.15 K", "260 °C"]
     assert cells["matrix.heat.capacity"][0] == "920 J/(m²·K)"
+
+
+def test_a_study_varies_degrees_celsius_as_degrees_and_not_by_a_factor():
+    prepreg, key = read_card("synthetic_prepreg"), "matrix.shift.reference_temperature"
+    with pytest.raises(InputError, match="is in °C, of which a factor means nothing"):
+        prepreg.check(key, relative=True)
+    assert prepreg.check(key, relative=False) == "°C"
+    assert prepreg.check("matrix.viscosity", relative=True) == "MPa·s"

@@ -1,4 +1,4 @@
-"""Why a mesh file could not be read, in words that say what to do."""
+"""What mesh files are: units that they may be in; why one could not be read, and what to do."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
 FORMATS = "STL, OBJ, PLY, OFF or GLB"
 """What can be read with the packages that are installed along; others need one more."""
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 25.4e-3}
+"""Units of length that a mesh or a drawing may be said to be in → metres."""
 
 FARTHEST = 1e9
 """Largest coordinate, in the file's unit, beyond which vertices cannot be compared to 1e-8."""

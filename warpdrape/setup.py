@@ -136,8 +136,7 @@ class Setup:
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
         if not isinstance(self.defects, DefectThresholds):
             raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
-        if not isinstance(self.limits, Limits | None):
-            raise InputError(f"limits = {said(self.limits)} must be warpdrape.Limits")
+        self._check_limits()
         held: list[Clamp | Pressure | Spring] = [*self.clamps, *self.pressures, *self.springs]
         acting_names = [thing.name for thing in self.tools] + [thing.name for thing in held]
         ply_names = [ply.name for ply in self.plies]
@@ -197,6 +196,18 @@ class Setup:
         matrix = ply.fabric.matrix
         holds = matrix is not None and matrix.heat is not None
         return holds and any(tool.temperature is not None for tool in self.tools)
+
+    def _check_limits(self) -> None:
+        """Raise `InputError` where limits are none, or of what the scene has not."""
+        if self.limits is None:
+            return
+        if not isinstance(self.limits, Limits):
+            raise InputError(f"limits = {said(self.limits)} must be warpdrape.Limits")
+        for name in self.limits.coverage:
+            one_of("tool of limits.coverage", name, [tool.name for tool in self.tools])
+        for name in self.limits.misalignment_deg:
+            wanted = [each.name for each in self.wanted]
+            one_of("wanted direction of limits.misalignment_deg", name, wanted)
 
     def _check_process(self) -> None:
         """Raise `InputError` where a viscous matrix lacks what it depends on, or is not known."""

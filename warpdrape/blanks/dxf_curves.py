@@ -16,12 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from warpdrape.errors import InputError, nearest
+from warpdrape.mesh_file import UNITS
 from warpdrape.optional import needed
 
 KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "SPLINE", "CIRCLE", "ELLIPSE")
 """Entities that are read, in blocks too; texts, dimensions and hatches are not."""
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 25.4e-3}
-"""Units of length that a drawing may be said to be in → metres."""
 ARCS = 16
 """Bézier curves that stand for an arc: four are 0.03 % of the radius off it."""
 WELD = 1e-4

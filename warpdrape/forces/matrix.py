@@ -171,7 +171,7 @@ class Matrices:
         if lag > LAG_WARNING:
             warnings.append(
                 f"shear lags {lag:.2g}° behind where the matrix alone would let it be: leave out "
-                "yarn_softening, or look whether the matrix is that viscous at these rates"
+                "yarn_softening (fast), or look whether the matrix is that viscous at these rates"
             )
         for number, of in self.plies.items():
             if of.lowest is None or "temperature" not in fields[number]:

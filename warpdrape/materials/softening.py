@@ -94,5 +94,6 @@ def softening_warnings(entries: Mapping[str, float]) -> list[str]:
     return [
         f"softened yarns stretch by {100 * entries['softening_strain']:.2g} % more than the fabric "
         f"(limit {100 * STRAIN_WARNING:.2g} %): lower yarn_softening = "
-        f"{entries['yarn_softening']:g}, or take accuracy = reference, which has none"
+        f"{entries['yarn_softening']:g} (in press scenes take accuracy = reference, or leave out "
+        "fast)"
     ]

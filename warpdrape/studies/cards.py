@@ -13,6 +13,7 @@ from typing import Any
 from warpdrape.errors import InputError, nearest
 from warpdrape.materials.card_text import card_text
 from warpdrape.materials.fabric_library import fabric_names, load_fabric
+from warpdrape.materials.fabric_units import si_zero
 from warpdrape.results.run_folder import write_whole
 
 
@@ -46,6 +47,11 @@ class Card:
             raise InputError(
                 f"{key} of card {self.named} is a list of {len(table['value'])} values: say "
                 "relative = true, for one factor of all of them"
+            )
+        if relative and si_zero("temperature", str(table["unit"])):
+            raise InputError(
+                f"{key} of card {self.named} is in {table['unit']}, of which a factor means "
+                "nothing: say how it varies as a range or normal of degrees, without relative"
             )
         return str(table["unit"])
 

@@ -12,6 +12,7 @@ import numpy as np
 from warpdrape.cad_file import is_cad
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.errors import length as size
+from warpdrape.mesh_file import UNITS
 from warpdrape.tools.counterpart import counterpart
 from warpdrape.tools.floating import Float
 from warpdrape.tools.holder_ring import holder_ring
@@ -19,8 +20,6 @@ from warpdrape.tools.mould_face import Face, face_of
 from warpdrape.tools.tool import Tool
 from warpdrape.tools.tool_mesh import cad_surface
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 25.4e-3}
-"""Units of length that a mesh or a drawing may be in → metres."""
 KINDS = ("female", "male")
 UPWARD = {
     "z": ((1, 0, 0), 0.0),
@@ -148,7 +147,7 @@ class Mould:
         Args:
             name: such as "punch".
             gap: between the two [m]: the plies' thickness and more.
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("gap", gap)
         female = self.kind == "female" and self.has_rim

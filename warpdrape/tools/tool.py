@@ -169,7 +169,7 @@ class Tool:
             scale: metres per unit of a mesh file (1e-3 for millimetres).
             tolerance: largest distance of a CAD file's facets from its surfaces [m]; None takes a
                 two thousandth of its size.
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
 
         Raises:
             InputError: if the file is missing, unreadable, empty or holds NaN.
@@ -193,7 +193,7 @@ class Tool:
             radius: of the hemisphere and the cylinder [m].
             height: from pole to top [m]; 1.5 radii if None.
             facet: facet size [m].
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("punch radius", radius)
         top = 1.5 * radius if height is None else size("punch height", height)
@@ -226,7 +226,7 @@ class Tool:
             outer_radius: of the ring [m].
             depth: of the hole's wall below the flat [m].
             facet: facet size [m].
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         hole, edge, outer = _ring("die", hole_radius, edge_radius, outer_radius)
         bottom = -max(positive("die depth", depth, unit="m"), 1.1 * edge)
@@ -261,7 +261,7 @@ class Tool:
             facet: facet size [m].
             sector: angles from and to which it goes, counter-clockwise from x [rad]; None all
                 round.
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
         pieces: list[Piece] = [
@@ -290,7 +290,7 @@ class Tool:
             edge_radius: of the rounding of its rim [m].
             depth: of its side below the top [m].
             facet: facet size [m].
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("table radius", radius)
         size("edge_radius", edge_radius)
@@ -331,7 +331,7 @@ class Tool:
             height: along y [m].
             facing: "up" or "down".
             facet: facet size [m].
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("plate width", width)
         if not isinstance(facing, str) or facing not in ("up", "down"):
@@ -351,7 +351,7 @@ class Tool:
             radius: of the cylinder [m].
             length: along y [m].
             facet: facet size [m].
-            options: motion, turn, friction.
+            options: motion, turn, friction, temperature.
         """
         size("drum radius", radius)
         surface = extrude([Arc((0.0, 0.0), radius, math.pi, -math.pi)], length, facet)
