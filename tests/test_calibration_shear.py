@@ -1,7 +1,9 @@
 """Shear laws found again from frames, bias strips and loops; bands whose coverage is counted."""
 
+import csv
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,12 +20,14 @@ from warpdrape.calibration.polynomial import fit_polynomial, powers
 from warpdrape.calibration.preparation import in_bins, loading_curve
 from warpdrape.calibration.shear import ShearSpecimen, alone, disagreements, fit_shear
 from warpdrape.coupons.closed_forms import (
+    bias_angle,
     bias_force,
     bias_travel,
     frame_force,
 )
 from warpdrape.materials.fabric_library import load_fabric
 
+EXAMPLES = Path(__file__).parents[1] / "examples"
 CLOTH = load_fabric("carbon_interlock")
 END = math.radians(55.0)
 
@@ -281,3 +285,30 @@ def test_bias_travel_is_that_of_the_closed_form():
     said, share = bias_rows(values, curve.at, curve.force)
     exact = couple(curve.at) + share * couple(curve.at / 2)
     np.testing.assert_allclose(said[4:], exact[4:], rtol=1e-3)
+
+
+def published(size):
+    """Angles [rad] and forces [N] of a published bias extension, width and height in mm."""
+    lines = (EXAMPLES / "unit_cell" / "published_bias.csv").read_text("utf-8").splitlines()
+    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
+    own = [row for row in rows if (row["width_mm"], row["height_mm"]) == size]
+    travel, force = (
+        np.array([float(row[name]) for row in own]) for name in ("travel_mm", "force_n")
+    )
+    width, height = (1e-3 * float(side) for side in size)
+    return bias_angle(width, height, 1e-3 * travel), force
+
+
+def test_one_published_strip_predicts_the_other_up_to_35_degrees():
+    """Two tests of one weave; docs/calibration.md has what is beyond."""
+    angle, force = published(("115", "230"))
+    values = {"width": 0.115, "height": 0.23}
+    fit = fit_shear([shear_specimen("bias_extension", angle[1:], force[1:], values)], draws=2)
+    angle, force = published(("150", "450"))
+    couples = [np.interp(g, fit.angles, fit.band.value) for g in (angle, angle / 2)]
+    working = 2.0 * (np.cos(angle / 2) - np.sin(angle / 2))  # (H/W − 1)
+    predicted = ((0.90 - 0.45) * couples[0] + 0.15 * couples[1]) / working
+    off = predicted / force - 1.0
+    within = (angle > math.radians(5.0)) & (angle < math.radians(36.0))
+    assert within.sum() == 9 and np.abs(off[within]).max() < 0.17
+    assert -0.35 < off[-1] < -0.25  # 45°: the larger strip has stiffened
