@@ -9,7 +9,7 @@ import pytest
 from warpdrape import Clamp, InputError, Ply, Scene, Stroke, Tool, lay_up
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
-from warpdrape.scenes import picture_frame
+from warpdrape.scenes import hemisphere, picture_frame
 
 FABRIC = load_fabric("carbon_interlock")
 
@@ -69,6 +69,14 @@ def test_fabrics_that_differ_are_kept_apart_under_one_name(tmp_path):
     used = [record["fabrics"][ply["fabric"]]["areal_density"] for ply in record["plies"]]
     assert used == [0.63, 0.7, 0.63]
     assert len(record["fabrics"]) == 2
+
+
+def test_a_fabric_made_in_python_is_named_as_the_parameter_that_it_was(tmp_path):
+    cloth = replace(load_fabric("carbon_interlock"), name="mine")
+    scene = hemisphere.build(fabric=cloth, cells=4, duration=1e-3, travel=0.002)
+    scene.run(tmp_path, frames=1, quiet=True)
+    record = json.loads((tmp_path / "run.json").read_text("utf-8"))
+    assert record["parameters"]["fabric"] == "mine" and "mine" in record["fabrics"]
 
 
 def test_the_script_is_named_where_it_is_not_bundled(tmp_path):

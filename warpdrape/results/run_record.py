@@ -11,6 +11,7 @@ import numpy as np
 
 from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.model import Model
+from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.friction import Friction
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.pressure import Pressure
@@ -31,7 +32,10 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "scene": scene.name,
         "approach": scene.approach,
         "script": scene.script,
-        "parameters": dict(scene.parameters),
+        "parameters": {
+            name: value.name if isinstance(value, Fabric) else value
+            for name, value in scene.parameters.items()
+        },
         "call": dict(scene.call),
         "duration_s": scene.duration,
         "frames": frames,
