@@ -110,3 +110,15 @@ def test_pattern_and_decks_are_written(walked):
     layers = {layer.dxf.name for layer in drawing.layers}
     assert {"CUT_ply_0", "CUT_ply_1"} <= layers
     assert (folder / "runs/tray/report.html").stat().st_size > 100_000
+
+
+def test_a_mesh_twice_as_coarse_as_the_moulds_radius_comes_through_the_closing(walked, tmp_path):
+    """Folds of 12 mm in a gap of 1.8 mm, where energy came from nowhere before."""
+    folder, _, _ = walked
+    coarse = [f"--set={setting}" for setting in ("edge=12mm", "duration=15ms", "fast=true")]
+    status, _, err = _said(
+        ["run", str(folder / "tray.py"), *coarse, "--frames=4", f"--out={tmp_path / 'run'}"]
+    )
+    assert status == 0, err
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
+    assert summary["energy_error"] < 0.01
