@@ -26,6 +26,14 @@ def test_full_verification_passes(tmp_path):
     assert verify.main(False, tmp_path) == 0
 
 
+def test_a_limit_of_zero_has_its_bar(tmp_path, monkeypatch):
+    """As of a rate that must be at least so much."""
+    cases = [absolute("reached", 1.5, 1.5, 0.0), absolute("missed", 1.4, 1.5, 0.0)]
+    monkeypatch.setattr(verify, "_groups", lambda quick, folder: iter([cases]))
+    assert verify.main(False, tmp_path) == 1
+    assert (tmp_path / verify.FIGURE).stat().st_size > 1000
+
+
 def test_a_case_outside_its_limit_fails_the_command(tmp_path, monkeypatch, capsys):
     bad = [absolute("fine", 1.0, 1.0, 0.1), relative("bad", 1.2, 1.0, 0.1, "N")]
     monkeypatch.setattr(verify, "_groups", lambda quick, folder: iter([bad]))

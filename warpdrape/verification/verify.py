@@ -149,13 +149,20 @@ def _line(cells: Sequence[str]) -> str:
     return f"{first} {' '.join(others)}".rstrip()
 
 
+def _used(result: CaseResult) -> float:
+    """Error over limit, within what a logarithmic scale shows; a limit may be zero."""
+    if result.limit == 0.0:
+        return 1e-9 if result.error == 0.0 else 10.0
+    return max(result.error / result.limit, 1e-9)
+
+
 def _draw(results: Sequence[CaseResult], path: Path) -> None:
     """Draw every error over its limit, on one logarithmic scale."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 1.0 + 0.22 * len(results)), dpi=120, layout="constrained")
     axes = figure.add_subplot()
-    used = [max(result.error / result.limit, 1e-9) for result in results]
+    used = [_used(result) for result in results]
     colors = [{OK: "C0", SHORT: "C1", FAILED: "C3"}[result.verdict] for result in results]
     axes.barh(range(len(results)), used, left=1e-9, color=colors, height=0.6)
     axes.set_yticks(range(len(results)), [result.case for result in results], fontsize=7)
