@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import inspect
 import json
 import sys
 from collections.abc import Mapping, Sequence
@@ -42,6 +43,7 @@ FINER = {"diagonal": np.sqrt(2.0), "random": np.sqrt(np.sqrt(3.0))}
 FIGURES = ("largest", "p99", "p95", "along", "between")
 """Shear angles [deg], mean draw-in along the yarns and between them [mm]: a cell of the table."""
 FIELDS = ("rest_points", "points", "triangles", "shear_angle", "strain", "tool_pressure")
+ENERGIES = ("yarn_j", "shear_j", "stabiliser_j", "bending_j", "friction_j", "tool_work_j")
 FRAMES = 12
 
 
@@ -63,14 +65,21 @@ def run_here(
     Args:
         kind: of mesh.
         cells: squares of four triangles along a side, or a mesh as dense.
-        parameters: of the scene.
+        parameters: of the scene, or fields of its numerics.
         formed: file for the formed ply's ``FIELDS``, to look into later.
 
     Returns:
         ``FIGURES``, draw-in place by place [mm], and what tells whether the run is to be trusted.
     """
-    scene = hemisphere.build(blank_size=SIZE, **parameters)
-    scene = replace(scene, plies=[replace(scene.plies[0], mesh=mesh(kind, cells))])
+    known = inspect.signature(hemisphere.build).parameters
+    tuned = {name: value for name, value in parameters.items() if name not in known}
+    given = {name: value for name, value in parameters.items() if name in known}
+    scene = hemisphere.build(blank_size=SIZE, **given)
+    scene = replace(
+        scene,
+        plies=[replace(scene.plies[0], mesh=mesh(kind, cells))],
+        numerics=replace(scene.numerics, **tuned),
+    )
     result = scene.run(threads=1, frames=FRAMES)
     summary, ply = result.summary, result.plies[0]
     if summary["status"] != "completed":
@@ -88,6 +97,7 @@ def run_here(
         "triangles": len(areas),
         "energy_error": summary["energy_error"],
         "kinetic": summary["kinetic_ratio_loaded"],
+        **{name: float(result.history[name][-1]) for name in ENERGIES},
         **{f"draw_in_{name}": value for name, value in drawn.items()},
     }
 
