@@ -21,6 +21,7 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
+from warpdrape.errors import InputError
 from warpdrape.forces.membrane_stiffness import sheet_stiffness, stabiliser_stiffness
 from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
 from warpdrape.materials.law_curves import sample_tensions
@@ -340,6 +341,8 @@ def test_a_stabiliser_that_is_not_given_grows_with_the_mesh():
         assert found == pytest.approx(share * shear)
     assert stabiliser_stiffness(cloth, Numerics(stabiliser=1.0), 6400) == pytest.approx(shear)
     assert stabiliser_stiffness(cloth, Numerics(), 10**7) == pytest.approx(1e-3 * yarns)
+    with pytest.raises(InputError, match="stabiliser = -1"):
+        Numerics(stabiliser=-1.0)
 
 
 def test_the_mesh_s_stabiliser_is_in_the_forces_and_in_the_step(device):
