@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import warpdrape as wd
-from warpdrape.commands.arguments import build_parser
+from warpdrape.cli import build_parser
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
 

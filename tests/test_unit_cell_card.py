@@ -13,7 +13,7 @@ import pytest
 
 from warpdrape import cli
 from warpdrape.calibration.card_file import fabric_of
-from warpdrape.commands.arguments import build_parser
+from warpdrape.cli import build_parser
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import ShearTable, TabulatedTension

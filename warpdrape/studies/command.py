@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.commands.arguments import OUT, whole
+from warpdrape.commands.values import OUT, whole
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.progress import in_words
 from warpdrape.studies.design import Row
