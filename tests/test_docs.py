@@ -52,6 +52,19 @@ def test_links_lead_somewhere(page):
             assert section in map(anchor, headings), f"{page.name}: {link}"
 
 
+def test_every_page_is_found_from_the_first():
+    first = ROOT / "docs" / "README.md"
+    found, ahead = {first}, [first]
+    while ahead:
+        page = ahead.pop()
+        links = (link.partition("#")[0] for link in LINK.findall(page.read_text("utf-8")))
+        for target in ((page.parent / link).resolve() for link in links if link.endswith(".md")):
+            if target.is_file() and target.is_relative_to(ROOT / "docs") and target not in found:
+                found.add(target)
+                ahead.append(target)
+    assert not {*(ROOT / "docs").rglob("*.md")} - found
+
+
 def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow():
     namespace = runpy.run_path(str(ROOT / "setup.py"), run_name="read")
     page = namespace["package_page"]((ROOT / "README.md").read_text("utf-8"))
