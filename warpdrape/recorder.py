@@ -194,7 +194,7 @@ class Recorder:
         energies = balance(model, state, measured)
         now, steps = loading.simulated, self.steps - self.tally.steps_before
         plies = read_plies(model, state, measured)
-        self.watch.look(state, plies, energies, now)
+        self.watch.look(state, plies, energies, measured, now)
         poses = state.tools.poses()
         plies = self._defects.look(plies, poses)
         before = self._rows[-1] if self._rows else None
