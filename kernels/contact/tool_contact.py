@@ -9,6 +9,7 @@ have one dimension.
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
 from .friction import Rub
 from .surface import (
@@ -242,7 +243,7 @@ def tangent_plane(
 
 @wp.kernel(enable_backward=False)
 def find_tool_contacts(
-    first: int,
+    sweep: Sweep,
     surfaces: ToolSurfaces,
     search: ToolSearch,
     offset: wp.array(dtype=wp.float64),
@@ -256,7 +257,7 @@ def find_tool_contacts(
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
 ):
-    """Find the tangent planes near the vertices; one thread a vertex.
+    """Find the tangent planes near the vertices; a sweep over these.
 
     A vertex is asked anew once it has moved as far as its plane serves, or where, at its speed, it
     may come near a tool before the next search: a sheet that snaps is faster than its tools. No
@@ -265,7 +266,7 @@ def find_tool_contacts(
     query.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         surfaces: the tools' facets.
         search: how far to look.
         offset: half the ply thickness [m], shape [vertex].
@@ -279,67 +280,67 @@ def find_tool_contacts(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration seen so far [m], shape [tool]; raised.
     """
-    i = first + wp.tid()
-    before = touching[i]
-    near = offset[i] + search.reach
-    now = wp.int32(0)
-    for tool in range(tools.shift.shape[0]):
-        slot = tool * x.shape[0] + i
-        at = x[i] - tools.shift[tool]
-        moving = v[i] - tools.velocity[tool]
-        if tools.turning.turns[tool] == 1:
-            turned = tools.turned[tool]
-            arm = at - turned * tools.turning.point[tool]
-            moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
-            at = wp.transpose(turned) * at
-        moved = wp.length(at - queries[slot].at)
-        held = may_touch(before, tool) and is_near(planes[slot])
-        ahead = search.ahead * wp.length(moving)
-        used = moved
-        if not held:
-            used += ahead
-        if used >= queries[slot].way or search.plain == 1:
-            plane = no_plane()
-            distance = search.radius
-            bound = queries[slot].distance + moved
-            if search.plain == 1:
-                bound = search.radius
-            facet = queries[slot].facet
-            served = held and wp.length(at - queries[slot].asked) < search.trust
-            if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
-                plane, distance = tangent_plane(
-                    surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
-                )
-            if not is_near(plane):
-                facet = nearest_facet(surfaces, tool, at, bound, search.radius)
-                queries[slot].facet = facet
-                queries[slot].asked = at
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        before = touching[i]
+        near = offset[i] + search.reach
+        now = wp.int32(0)
+        for tool in range(tools.shift.shape[0]):
+            slot = tool * x.shape[0] + i
+            at = x[i] - tools.shift[tool]
+            moving = v[i] - tools.velocity[tool]
+            if tools.turning.turns[tool] == 1:
+                turned = tools.turned[tool]
+                arm = at - turned * tools.turning.point[tool]
+                moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
+                at = wp.transpose(turned) * at
+            moved = wp.length(at - queries[slot].at)
+            held = may_touch(before, tool) and is_near(planes[slot])
+            ahead = search.ahead * wp.length(moving)
+            used = moved
+            if not held:
+                used += ahead
+            if used >= queries[slot].way or search.plain == 1:
+                plane = no_plane()
                 distance = search.radius
-                if facet >= 0:
+                bound = queries[slot].distance + moved
+                if search.plain == 1:
+                    bound = search.radius
+                facet = queries[slot].facet
+                served = held and wp.length(at - queries[slot].asked) < search.trust
+                if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
                     plane, distance = tangent_plane(
                         surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
                     )
-            queries[slot].at = at
-            queries[slot].distance = distance
-            queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
-            planes[slot] = plane
-            if held and not is_near(plane):  # slid past the tool's border
-                lost[i] += wp.vec3d(holds[slot].stored, wp.float64(0.0), wp.float64(0.0))
-                holds[slot] = ToolHold()
-            if is_near(plane):
+                if not is_near(plane):
+                    facet = nearest_facet(surfaces, tool, at, bound, search.radius)
+                    queries[slot].facet = facet
+                    queries[slot].asked = at
+                    distance = search.radius
+                    if facet >= 0:
+                        plane, distance = tangent_plane(
+                            surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
+                        )
+                queries[slot].at = at
+                queries[slot].distance = distance
+                queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
+                planes[slot] = plane
+                if held and not is_near(plane):  # slid past the tool's border
+                    lost[i] += wp.vec3d(holds[slot].stored, wp.float64(0.0), wp.float64(0.0))
+                    holds[slot] = ToolHold()
+                if is_near(plane):
+                    now |= wp.int32(1) << (tool & 31)
+            elif held:
                 now |= wp.int32(1) << (tool & 31)
-        elif held:
-            now |= wp.int32(1) << (tool & 31)
-        if may_touch(now, tool):
-            gap = plane_gap(planes[slot], at)
-            if gap < wp.float64(0.0):
-                wp.atomic_max(deepest, tool, -gap)
-    touching[i] = now
+            if may_touch(now, tool):
+                gap = plane_gap(planes[slot], at)
+                if gap < wp.float64(0.0):
+                    wp.atomic_max(deepest, tool, -gap)
+        touching[i] = now
 
 
 @wp.kernel(enable_backward=False)
 def add_tool_forces(
-    first: int,
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     pads: wp.array(dtype=Pad),
@@ -356,10 +357,10 @@ def add_tool_forces(
     moment: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
 ):
-    """Add the tools' contact forces to ``f``; one thread a vertex.
+    """Add the tools' contact forces to ``f``; a sweep over vertices.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         pads: what gives way of a vertex's ply, shape [vertex].
@@ -376,48 +377,48 @@ def add_tool_forces(
         moment: theirs about a point of the axis of tools that turn [N·m], likewise.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    i = first + wp.tid()
-    bits = touching[i]
-    if bits == 0:
-        return
-    count = rubs.shape[0]
-    place = i % (reaction.shape[0] // count) * count
-    for tool in range(count):
-        if may_touch(bits, tool):
-            slot = tool * x.shape[0] + i
-            plane = planes[slot]
-            offset = x[i] - tools.shift[tool]
-            moving = v[i] - tools.velocity[tool]
-            at = offset
-            turning = tools.turning.turns[tool] == 1
-            if turning:
-                back = wp.transpose(tools.turned[tool])
-                at = back * offset
-                arm = offset - tools.turned[tool] * tools.turning.point[tool]
-                moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
-            gap = plane_gap(plane, at)
-            if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
-                t = contact_traction(
-                    law,
-                    laws,
-                    mass[i],
-                    pads[i],
-                    rubs[tool],
-                    gap,
-                    plane.normal,
-                    moving,
-                    holds[slot].spring,
-                    holds[slot].dashpot,
-                )
-                holds[slot].spring = t.spring
-                holds[slot].dashpot = t.dashpot
-                holds[slot].pressing = t.pressing
-                holds[slot].stored = t.stored
-                force = t.force
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        bits = touching[i]
+        if bits == 0:
+            continue
+        count = rubs.shape[0]
+        place = i % (reaction.shape[0] // count) * count
+        for tool in range(count):
+            if may_touch(bits, tool):
+                slot = tool * x.shape[0] + i
+                plane = planes[slot]
+                offset = x[i] - tools.shift[tool]
+                moving = v[i] - tools.velocity[tool]
+                at = offset
+                turning = tools.turning.turns[tool] == 1
                 if turning:
-                    force = tools.turned[tool] * force
+                    back = wp.transpose(tools.turned[tool])
+                    at = back * offset
                     arm = offset - tools.turned[tool] * tools.turning.point[tool]
-                    wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
-                f[i] += force
-                lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-                wp.atomic_sub(reaction, place + tool, force)
+                    moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
+                gap = plane_gap(plane, at)
+                if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
+                    t = contact_traction(
+                        law,
+                        laws,
+                        mass[i],
+                        pads[i],
+                        rubs[tool],
+                        gap,
+                        plane.normal,
+                        moving,
+                        holds[slot].spring,
+                        holds[slot].dashpot,
+                    )
+                    holds[slot].spring = t.spring
+                    holds[slot].dashpot = t.dashpot
+                    holds[slot].pressing = t.pressing
+                    holds[slot].stored = t.stored
+                    force = t.force
+                    if turning:
+                        force = tools.turned[tool] * force
+                        arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                        wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
+                    f[i] += force
+                    lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
+                    wp.atomic_sub(reaction, place + tool, force)

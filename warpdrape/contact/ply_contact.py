@@ -16,7 +16,7 @@ from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.contact.stack import ply_stack
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
@@ -124,7 +124,7 @@ class PlyContact:
         memory: PlyMemory,
         *,
         asking: bool,
-    ) -> Launch:
+    ) -> Swept:
         thickness = thickest(self.scene)
         inputs = [
             self.law,
@@ -134,7 +134,6 @@ class PlyContact:
             self.stack,
             look.searching,
             look.way,
-            run.first,
             self._slot(look, run),
             self.mass,
             plies.x,
@@ -142,19 +141,18 @@ class PlyContact:
             self.surfaces.hollows,
         ]
         outputs = [memory.seen, memory.slots, plies.lost, memory.deepest, memory.jump]
-        return Launch(kernels.find_ply_contacts, run.count, inputs, outputs)
+        return Swept(kernels.find_ply_contacts, run, inputs, outputs)
 
-    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
+    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Swept:
         inputs = [
             self.law,
             self.laws,
-            run.first,
             self._slot(look, run),
             plies.x,
             plies.v,
         ]
         outputs = [memory.slots, plies.f, plies.lost]
-        return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
+        return Swept(kernels.add_ply_forces, run, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
         """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""

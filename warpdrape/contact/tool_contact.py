@@ -15,7 +15,7 @@ from warpdrape.contact.ply_surfaces import PlySurfaces
 from warpdrape.contact.tool_heat import ToolHeat, tool_heat
 from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.contact.tool_surfaces import tool_surfaces
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.interaction import Bodies, Launches, Measured, Share, Span, Swept
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_contact import (
     ToolHold,
@@ -115,16 +115,16 @@ class ToolContact:
         plies, tools = bodies.plies, bodies.tools
         moving = [tool_poses(self.turning, tools), plies.x, plies.v]
         find, push = [], []
-        for first, count in share.vertices:
-            inputs = [first, self.surfaces, self.search, self.offset, *moving]
+        for run in share.vertices:
+            inputs = [self.surfaces, self.search, self.offset, *moving]
             found = [memory.planes, memory.queries, memory.touching, memory.holds]
             outputs = [*found, plies.lost, memory.deepest]
-            find.append(Launch(find_tool_contacts, count, inputs, outputs))
+            find.append(Swept(find_tool_contacts, run, inputs, outputs))
             known = [memory.planes, memory.touching]
-            inputs = [first, self.law, self.laws, self.pads, self.surfaces.rubs, self.mass]
+            inputs = [self.law, self.laws, self.pads, self.surfaces.rubs, self.mass]
             inputs += [*moving, *known]
             outputs = [memory.holds, plies.f, tools.reaction, tools.moment, plies.lost]
-            push.append(Launch(add_tool_forces, count, inputs, outputs))
+            push.append(Swept(add_tool_forces, run, inputs, outputs))
         if self.heat is not None:
             push += self.heat.launches(share.vertices, bodies, memory.touching, memory.holds)
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))

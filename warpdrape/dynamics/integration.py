@@ -8,6 +8,7 @@ import warp as wp
 
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import Part
+from warpdrape.interaction import Swept
 from warpdrape.kernels.dynamics.motion import (
     advance_clamped,
     advance_tools,
@@ -25,41 +26,16 @@ def advance_plies(part: Part) -> None:
     if model.selective is not None:
         push_plies(part)
         return
-    plies = state.plies
-    for first, count in part.vertices:
+    plies, device = state.plies, model.device
+    masses = [model.medium, model.mass, model.added_mass, model.clamp]
+    for run in part.vertices:
         if model.scene.clamps:
-            wp.launch(
-                advance_clamped,
-                count,
-                inputs=[
-                    first,
-                    model.medium,
-                    model.mass,
-                    model.added_mass,
-                    model.clamp,
-                    model.rest,
-                    state.clamps.matrix,
-                    state.clamps.shift,
-                    state.step,
-                ],
-                outputs=[plies.x, plies.v, plies.f, state.clamps.work, state.clamps.force],
-                device=model.device,
-            )
-        wp.launch(
-            advance_vertices,
-            count,
-            inputs=[
-                first,
-                model.medium,
-                model.mass,
-                model.added_mass,
-                model.clamp,
-                state.loads.damping,
-                state.step,
-            ],
-            outputs=[plies.x, plies.v, plies.f, plies.lost, plies.runaway],
-            device=model.device,
-        )
+            clamps = [model.rest, state.clamps.matrix, state.clamps.shift, state.step]
+            outputs = [plies.x, plies.v, plies.f, state.clamps.work, state.clamps.force]
+            Swept(advance_clamped, run, [*masses, *clamps], outputs)(device)
+        outputs = [plies.x, plies.v, plies.f, plies.lost, plies.runaway]
+        inputs = [*masses, state.loads.damping, state.step]
+        Swept(advance_vertices, run, inputs, outputs)(device)
 
 
 def push_plies(part: Part) -> None:
