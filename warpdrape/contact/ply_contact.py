@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -22,7 +21,7 @@ from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.ply_contact import PlyStack
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing
 
 
@@ -42,24 +41,8 @@ class PlyLook:
 
 
 @dataclass(frozen=True, eq=False)
-class PlyMemory(SlotMemory):
-    """What contact between plies remembers; a slot is a vertex and the plies on one side of it.
-
-    Attributes:
-        seen: of the searches, shape [slot].
-        deepest: deepest penetration of each ply's vertices into each ply [m], shape [ply · ply].
-        jump: largest penetration that a jump of the gap allowed [m], likewise.
-    """
-
-    seen: wp.array
-    deepest: wp.array
-    jump: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
-
-
-@dataclass(frozen=True, eq=False)
 class PlyContact:
-    """Contact of all plies with each other.
+    """Contact of all plies with each other; a slot is a vertex and the plies on one side of it.
 
     Attributes:
         device: Warp device.
@@ -89,18 +72,13 @@ class PlyContact:
     name: str = "ply contact"
     searches: str = "ply search"
 
-    def start(self) -> PlyMemory:
+    def start(self) -> SlotMemory:
         """Nothing found yet."""
         slots = sum(self.spans[look.searching].vertex_count for look in self.looks)
-        pairs, device = len(self.scene.plies) ** 2, self.device
-        return PlyMemory(
-            **SlotMemory.empty(slots, device),
-            seen=wp.zeros(slots, dtype=on_ply.PlyMemory, device=device),
-            deepest=wp.zeros(pairs, dtype=wp.float64, device=device),
-            jump=wp.zeros(pairs, dtype=wp.float64, device=device),
-        )
+        pairs = len(self.scene.plies) ** 2
+        return SlotMemory(**SlotMemory.empty(slots, pairs, on_ply.PlyMemory, self.device))
 
-    def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
+    def launches(self, share: Share, bodies: Bodies, memory: SlotMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
         part = share.number
         looks = [(look, run) for look in self.looks for run in share.by_ply[look.searching]]
@@ -121,7 +99,7 @@ class PlyContact:
         run: Run,
         part: int,
         plies: PlyState,
-        memory: PlyMemory,
+        memory: SlotMemory,
         *,
         asking: bool,
     ) -> Swept:
@@ -143,7 +121,7 @@ class PlyContact:
         outputs = [memory.seen, memory.slots, plies.lost, memory.deepest, memory.jump]
         return Swept(kernels.find_ply_contacts, run, inputs, outputs)
 
-    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Swept:
+    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: SlotMemory) -> Swept:
         inputs = [
             self.law,
             self.laws,
@@ -154,7 +132,7 @@ class PlyContact:
         outputs = [memory.slots, plies.f, plies.lost]
         return Swept(kernels.add_ply_forces, run, inputs, outputs)
 
-    def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
+    def measure(self, bodies: Bodies, memory: SlotMemory) -> Measured:
         """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""
         x = bodies.plies.x.numpy()
         normals, areas = vertex_shapes(x, self.surfaces.facets.corners.numpy())
