@@ -10,7 +10,7 @@ have one dimension.
 import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
-from .friction import Rub
+from .friction import Rub, at_vertex
 from .surface import (
     CURVED,
     barycentric,
@@ -402,7 +402,7 @@ def add_tool_forces(
                     laws,
                     mass[i],
                     pads[i],
-                    rubs[tool],
+                    at_vertex(law.friction, rubs[tool], i),
                     gap,
                     plane.normal,
                     moving,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from warpdrape.contact.compaction import Pads
 from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
+from warpdrape.contact.ply_heat import PlyHeat, ply_heat
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
@@ -73,6 +75,7 @@ class PlyContact:
         partners: which places lay on each other.
         law: the contact law.
         laws: of compaction.
+        heat: what passes between them, None where none cools.
     """
 
     device: str
@@ -86,6 +89,7 @@ class PlyContact:
     partners: Partners
     law: ContactLaw
     laws: CompactionLaws
+    heat: PlyHeat | None
     name: str = "ply contact"
     searches: str = "ply search"
 
@@ -109,7 +113,8 @@ class PlyContact:
             walk=tuple(
                 self._find(*look, part, bodies.plies, memory, asking=False) for look in looks
             ),
-            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
+            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks)
+            + self._heat(looks, bodies, memory),
         )
 
     def _slot(self, look: PlyLook, run: Run) -> int:
@@ -155,6 +160,19 @@ class PlyContact:
         ]
         outputs = [memory.slots, plies.f, plies.lost]
         return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
+
+    def _heat(
+        self, looks: Sequence[tuple[PlyLook, Run]], bodies: Bodies, memory: PlyMemory
+    ) -> tuple[Launch, ...]:
+        if self.heat is None:
+            return ()
+        return tuple(
+            launch
+            for look, run in looks
+            for launch in self.heat.launches(
+                look.searching, run, self._slot(look, run), bodies, memory.seen, memory.slots
+            )
+        )
 
     def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
         """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""
@@ -210,6 +228,7 @@ def build(
     """
     if len(scene.plies) == 1:
         return None
+    stack = ply_stack(scene, surfaces, spans, pads, device)
     return PlyContact(
         device,
         scene,
@@ -217,11 +236,12 @@ def build(
         spans,
         mass,
         surfaces,
-        ply_stack(scene, surfaces, spans, pads, device),
+        stack,
         _looks(spans),
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step, device),
         pads.laws,
+        ply_heat(scene, timing, stack.areas, device),
     )
 
 
