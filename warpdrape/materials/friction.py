@@ -108,15 +108,12 @@ class Friction:
             pressure: between the faces [Pa].
             speed: of slip in the process [m/s].
             angle_deg: between the warp yarns [deg].
-            shift: factor of the matrix's shift, by which the viscosity grows if it is `shifted` [-].
+            shift: of the plies' matrix, factor on a viscosity that is `shifted` [-].
         """
         hersey = 0.0
         if self.by_hersey and speed > 0.0:
-            hersey = (
-                np.inf
-                if pressure <= 0.0
-                else self.viscosity * (shift if self.shifted else 1.0) * speed / pressure
-            )
+            viscosity = self.viscosity * (shift if self.shifted else 1.0)
+            hersey = np.inf if pressure <= 0.0 else viscosity * speed / pressure
         at = dict(zip(TABLES, (pressure, speed, hersey, angle_deg), strict=True))
         value = self.coefficient
         for name, where in at.items():
