@@ -30,9 +30,10 @@ def exchange_between_plies(
         first_vertex: of the searching ply.
         first_slot: of its contacts with the plies above or below.
         first_pair: of the searching ply with the others.
-        conductances: H of each two plies [W/(m²·K)], 0 where none passes, shape [ply · ply].
+        conductances: H from each ply's vertices to each other ply [W/(m²·K)], 0 where none passes,
+            shape [ply · ply].
         most: share of the heat between the two that may pass in a time [1/s].
-        areas: that contacts stand for [m²], shape [vertex].
+        areas: of vertices in the flat plies [m²], shape [vertex].
         capacities: heat per kelvin of each vertex [J/K], shape [vertex].
         seen: of the searches, shape [slot].
         slots: memory of the contacts.

@@ -228,7 +228,6 @@ def build(
     """
     if len(scene.plies) == 1:
         return None
-    stack = ply_stack(scene, surfaces, spans, pads, device)
     return PlyContact(
         device,
         scene,
@@ -236,12 +235,12 @@ def build(
         spans,
         mass,
         surfaces,
-        stack,
+        ply_stack(scene, surfaces, spans, pads, device),
         _looks(spans),
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step, device),
         pads.laws,
-        ply_heat(scene, timing, stack.areas, device),
+        ply_heat(scene, timing, device),
     )
 
 

@@ -1,7 +1,12 @@
-"""Heat between plies that press on each other: what it needs on a device, its launches."""
+"""Heat between plies that press on each other: what it needs on a device, its launches.
+
+Of two plies the vertices of the one with the finer mesh look for the other: a coarse mesh's would
+pour all that they pass into the few vertices of a fine one that lie next to them.
+"""
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -27,11 +32,11 @@ class PlyHeat(NamedTuple):
     plies: int
     """How many there are in all."""
     conductances: wp.array
-    """Of each two plies [W/(m²·K)], shape [ply · ply]."""
+    """From each ply's vertices to each other ply [W/(m²·K)], shape [ply · ply]."""
     most: float
     """Share that may pass in a time of the process [1/s]."""
     areas: wp.array
-    """That contacts stand for [m²], shape [vertex]."""
+    """Of vertices in the flat plies [m²], shape [vertex]."""
     capacities: wp.array
     """Heat per kelvin of vertices [J/K], shape [vertex]."""
 
@@ -62,32 +67,32 @@ class PlyHeat(NamedTuple):
         return (Launch(exchange_between_plies, run.count, inputs, outputs),)
 
 
-def ply_heat(scene: Setup, timing: Timing, areas: wp.array, device: str) -> PlyHeat | None:
+def ply_heat(scene: Setup, timing: Timing, device: str) -> PlyHeat | None:
     """Put what passes heat between plies on a device; None where none cools.
 
     Args:
         scene: what is computed.
         timing: the steps.
-        areas: that contacts stand for [m²], shape [vertex].
         device: Warp device.
     """
     cooling, count = scene.cooling, len(scene.plies)
     if not cooling:
         return None
+    areas = [ply.mesh.vertex_areas for ply in scene.plies]
     between = np.zeros((count, count))
-    for one, mine in cooling.items():
-        for other, theirs in cooling.items():
-            between[one, other] = conductance(mine, theirs)
+    for one, other in combinations(cooling, 2):
+        finer, coarser = sorted((one, other), key=lambda number: areas[number].mean())
+        between[finer, coarser] = conductance(cooling[one], cooling[other])
     capacities = [
-        ply.mesh.vertex_areas * (cooling[number].capacity if number in cooling else 0.0)
-        for number, ply in enumerate(scene.plies)
+        area * (cooling[number].capacity if number in cooling else 0.0)
+        for number, area in enumerate(areas)
     ]
     return PlyHeat(
         frozenset(cooling),
         count,
         wp.array(between.ravel(), dtype=wp.float64, device=device),
         MOST * scene.pace / timing.time_step,
-        areas,
+        wp.array(np.concatenate(areas), dtype=wp.float64, device=device),
         wp.array(np.concatenate(capacities), dtype=wp.float64, device=device),
     )
 

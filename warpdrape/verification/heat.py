@@ -83,7 +83,7 @@ def between_plates(process: float = 3.0, *, tools: tuple[float, float] = (360.0,
 
 
 def on_each_other(process: float = 2.0, *, cells: tuple[int, int] = (4, 4)):
-    """Difference of two plies' mean temperatures over time, and the closed form [K]; the result.
+    """Difference of two plies' temperatures over time, and the closed form [K]; plies, result.
 
     They hold 900 and 600 J/(m²·K) and meet with 500 and 1000 W/(m²·K), 667 together: the difference
     falls at the rate H (1/C₁ + 1/C₂), and heat is kept.
@@ -99,7 +99,7 @@ def on_each_other(process: float = 2.0, *, cells: tuple[int, int] = (4, 4)):
     means = [result.history[f"{name}_mean_temperature_k"] for name in ("lower", "upper")]
     rate = 2.0 / (1.0 / 500.0 + 1.0 / 1000.0) * (1.0 / 900.0 + 1.0 / 600.0)
     exact = (HOT - 400.0) * np.exp(-rate * passed(result, process))
-    return means[0] - means[1], exact, result
+    return means[0] - means[1], exact, (lower, upper), result
 
 
 def in_the_air(air: Air, process: float, *, emissivity: float, tools: Sequence[float | None] = ()):
@@ -136,7 +136,7 @@ def fall_of(words: str, found: np.ndarray, exact: np.ndarray) -> CaseResult:
 def heat_cases() -> Iterator[CaseResult]:
     """All cases of this file."""
     yield fall_of("prepreg between two plates: fall of its temperature", *between_plates())
-    found, exact, _ = on_each_other()
+    found, exact, *_ = on_each_other()
     yield fall_of("two prepregs on each other: fall of their difference", found, exact)
     still = Air(temperature=300.0, convection=20.0)
     found, exact = in_the_air(still, 20.0, emissivity=0.0)
