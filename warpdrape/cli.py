@@ -12,7 +12,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from warpdrape.commands.arguments import build_parser, whole
+from warpdrape.commands.arguments import build_parser, joined, whole
 
 if TYPE_CHECKING:
     from warpdrape.results.result import Result
@@ -59,7 +59,7 @@ def _dispatch(argv: list[str]) -> int:
 
         one_of("command", argv[0], _COMMANDS)
     try:
-        arguments = parser.parse_args(argv)
+        arguments = parser.parse_args(joined(argv))
     except SystemExit as end:  # --help and --version have said what they had to
         return int(end.code or DONE)
     if arguments.command is None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from warpdrape.exports.formats import FORMATS
@@ -13,6 +15,9 @@ VERIFICATION = f"{OUT}/verification"
 """… and the one that takes table and figures of ``warpdrape verify``."""
 
 
+_SIGNED = re.compile(r"-(\.?\d|[xyz]$)")
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line."""
 
@@ -20,6 +25,18 @@ class _Parser(argparse.ArgumentParser):
         from warpdrape.errors import InputError
 
         raise InputError(f"{message} (see {self.prog} --help)")
+
+
+def joined(argv: Sequence[str]) -> list[str]:
+    """Arguments where ``--up -z`` or ``--angles -45,45`` is one: argparse sees an option in -z."""
+    out: list[str] = []
+    for word in argv:
+        before = out[-1] if out else ""
+        if _SIGNED.match(word) and before.startswith("--") and "=" not in before:
+            out[-1] = f"{before}={word}"
+        else:
+            out.append(word)
+    return out
 
 
 def build_parser() -> argparse.ArgumentParser:
