@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
+    from warpdrape.tools.air import Air
     from warpdrape.tools.floating import Float
     from warpdrape.tools.motion import Path, Stages, Still, Stroke
     from warpdrape.tools.mould import Mould
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from warpdrape.tools.turn import Turn
 
 __all__ = [
+    "Air",
     "Bending",
     "BendingCurve",
     "Clamp",
@@ -83,6 +85,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "Air": "tools.air",
     "Bending": "materials.bending",
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -123,6 +124,21 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
+_SIGNED = re.compile(r"-(\.?\d|[xyz]$)")
+
+
+def _joined(argv: Sequence[str]) -> list[str]:
+    """Arguments where ``--up -z`` or ``--angles -45,45`` is one: argparse sees an option in -z."""
+    out: list[str] = []
+    for word in argv:
+        before = out[-1] if out else ""
+        if _SIGNED.match(word) and before.startswith("--") and "=" not in before:
+            out[-1] = f"{before}={word}"
+        else:
+            out.append(word)
+    return out
+
+
 def _version() -> str:
     from importlib.metadata import PackageNotFoundError, version
 
@@ -139,7 +155,7 @@ def _dispatch(argv: list[str]) -> int:
 
         one_of("command", argv[0], COMMANDS)
     try:
-        arguments = parser.parse_args(argv)
+        arguments = parser.parse_args(joined(argv))
     except SystemExit as end:  # --help and --version have said what they had to
         return int(end.code or DONE)
     if arguments.command is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from warpdrape.contact.compaction import Pads
 from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
+from warpdrape.contact.ply_heat import PlyHeat, ply_heat
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
@@ -56,6 +58,7 @@ class PlyContact:
         partners: which places lay on each other.
         law: the contact law.
         laws: of compaction.
+        heat: what passes between them, None where none cools.
     """
 
     device: str
@@ -69,6 +72,7 @@ class PlyContact:
     partners: Partners
     law: ContactLaw
     laws: CompactionLaws
+    heat: PlyHeat | None
     name: str = "ply contact"
     searches: str = "ply search"
 
@@ -87,7 +91,8 @@ class PlyContact:
             walk=tuple(
                 self._find(*look, part, bodies.plies, memory, asking=False) for look in looks
             ),
-            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
+            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks)
+            + self._heat(looks, bodies, memory),
         )
 
     def _slot(self, look: PlyLook, run: Run) -> int:
@@ -131,6 +136,19 @@ class PlyContact:
         ]
         outputs = [memory.slots, plies.f, plies.lost]
         return Swept(kernels.add_ply_forces, run, inputs, outputs)
+
+    def _heat(
+        self, looks: Sequence[tuple[PlyLook, Run]], bodies: Bodies, memory: SlotMemory
+    ) -> tuple[Launch, ...]:
+        if self.heat is None:
+            return ()
+        return tuple(
+            launch
+            for look, run in looks
+            for launch in self.heat.launches(
+                look.searching, run, self._slot(look, run), bodies, memory.seen, memory.slots
+            )
+        )
 
     def measure(self, bodies: Bodies, memory: SlotMemory) -> Measured:
         """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""
@@ -198,6 +216,7 @@ def build(
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step, device),
         pads.laws,
+        ply_heat(scene, timing, device),
     )
 
 

@@ -54,6 +54,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "friction": _without_words(plain(scene.friction)),
         "ply_friction": _without_words(plain(scene.ply_friction)),
         "process_duration over duration": process_pace(scene),
+        "air": None if scene.air is None else dataclasses.asdict(scene.air),
         "self_contact": scene.self_contact,
         "gravity": [float(g) for g in scene.gravity],
         "plies": [ply.name for ply in scene.plies],

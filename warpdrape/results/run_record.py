@@ -42,6 +42,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "friction": plain(scene.friction),
         "ply_friction": _ply_friction(scene),
         "process_duration_s": scene.process_duration,
+        "air": None if scene.air is None else dataclasses.asdict(scene.air),
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
