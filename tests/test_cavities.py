@@ -1,11 +1,12 @@
 """What two tools that close on a ply make of it: thickness and fibre volume of a filled cavity."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from warpdrape import DefectThresholds, InputError, Scene
+from warpdrape import DefectThresholds, Float, InputError, Scene
 from warpdrape.blanks.ply import Ply, lay_up
 from warpdrape.defects.cavity import find_cavities
 from warpdrape.materials.fabric_library import load_fabric
@@ -140,6 +141,14 @@ def test_two_pairs_of_tools_are_told_apart():
     assert one["thickness_m"]["max"] == pytest.approx(GAP, rel=0.05)
     assert other["thickness_m"]["max"] == pytest.approx(GAP + 0.5e-3, rel=1e-5)
     assert one["area_share"] + other["area_share"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_holder_s_flange_is_in_the_summary_but_not_in_the_words():
+    die, plate = plates()
+    press = replace(plate, motion=Float(force=10.0, mass=0.1))
+    (ply,) = entries([die, press], [0.3e-3])
+    assert ply["defects"]["cavities"][0]["under_force"]
+    assert "if filled" not in defect_lines([ply])[0]
 
 
 def test_the_words_tell_room_and_fibres():

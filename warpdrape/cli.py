@@ -187,22 +187,15 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _judge(arguments: argparse.Namespace) -> int:
-    from warpdrape.defects.limits import limits_of, read_limits
-    from warpdrape.results.judgement import judge, not_judged, verdict
-    from warpdrape.results.judgement_picture import draw_judgement
-    from warpdrape.results.run_folder import JUDGEMENT
-    from warpdrape.results.run_tables import read_history, read_summary
+    from warpdrape.commands.judging import judged
+    from warpdrape.results.run_tables import read_summary
 
-    given = None if arguments.limits is None else read_limits(arguments.limits)
     folder = Path(arguments.run)
     summary = read_summary(folder)
-    limits = limits_of(summary) if given is None else given
     if summary["status"] != "completed":
         return _complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
-    faults = judge(summary, read_history(folder), limits)
-    print(verdict(faults, not_judged(summary, limits)))
-    out = folder / JUDGEMENT if arguments.out is None else Path(arguments.out)
-    print(f"Marked in {draw_judgement(folder, summary, faults, out)}")
+    words, faults = judged(folder, arguments)
+    print(words)
     return UNFIT if faults else DONE
 
 

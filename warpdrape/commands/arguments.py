@@ -296,7 +296,13 @@ def _add_judge(commands: Any) -> None:
         metavar="LIMITS",
         nargs="?",
         help="a .toml file with limits; if not given those of the scene, and where it has none: no "
-        "wrinkle, no bridge, nothing past locking or failure",
+        "wrinkle, no bridge, nothing past locking or failure. With a table [thresholds] defects "
+        "are measured again by these, without running",
+    )
+    judge.add_argument(
+        "--scene",
+        metavar="SCRIPT",
+        help="the scene for other thresholds, where the run's own script is gone or has changed",
     )
     judge.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
 

@@ -63,9 +63,11 @@ def _parts(ply: Mapping[str, Any]) -> list[str]:
 
 
 def _cavities(cavities: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What is between two tools, filled."""
+    """What is between two tools, filled; a holder on its flange is no mould."""
     found = []
     for cavity in cavities:
+        if cavity["under_force"]:
+            continue
         thick, volume = cavity["thickness_m"], cavity["fibre_volume_fraction"]
         words = f"between {' and '.join(cavity['tools'])} on {100 * cavity['area_share']:.3g} %: "
         words += f"if filled {_range(1e3 * thick['min'], 1e3 * thick['max'])} mm thick"

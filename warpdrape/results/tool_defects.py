@@ -17,6 +17,7 @@ from warpdrape.defects.thickness import fibre_volume_fractions, formed_area_rati
 from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.results.result import FormedPly
 from warpdrape.setup import Setup
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import Pose
 
 
@@ -77,9 +78,11 @@ def _cavity_entries(
     for cavity in find_cavities(ways, normals, formed.triangles, widest):
         own, thickness = areas[cavity.inside], share * cavity.room
         volume = fibre_volume_fractions(ply.fabric, ratios[cavity.inside], thickness)
+        pair = [scene.tools[cavity.below], scene.tools[cavity.above]]
         entries.append(
             {
-                "tools": [scene.tools[cavity.below].name, scene.tools[cavity.above].name],
+                "tools": [tool.name for tool in pair],
+                "under_force": any(isinstance(tool.motion, Float) for tool in pair),
                 "area_share": float(own.sum() / areas.sum()),
                 "room_m": spread(cavity.room, own),
                 "thickness_m": spread(thickness, own),
