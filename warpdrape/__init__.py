@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from warpdrape.numerics import Numerics
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
+    from warpdrape.results.remeasure import remeasure
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
@@ -79,6 +80,7 @@ __all__ = [
     "load_friction",
     "net_picture",
     "read_run",
+    "remeasure",
     "stack_top",
     "suggest_darts",
     "units",
@@ -121,6 +123,7 @@ _HOME = {
     "net_picture": "results.net_picture",
     "load_friction": "materials.friction_file",
     "read_run": "results.read_run",
+    "remeasure": "results.remeasure",
     "stack_top": "blanks.ply",
     "suggest_darts": "fishnet.darts",
 }

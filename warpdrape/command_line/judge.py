@@ -15,28 +15,27 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LIMITS",
         nargs="?",
         help="a .toml file with limits; if not given those of the scene, and where it has none: no "
-        "wrinkle, no bridge, nothing past locking or failure",
+        "wrinkle, no bridge, nothing past locking or failure. With a table [thresholds] defects "
+        "are measured again by these, without running",
+    )
+    parser.add_argument(
+        "--scene",
+        metavar="SCRIPT",
+        help="the scene for other thresholds, where the run's own script is gone or has changed",
     )
     parser.add_argument("--out", metavar="FILE", help="the .png or .pdf; in RUN if not given")
 
 
 def _act(arguments: argparse.Namespace) -> int:
-    from warpdrape.defects.limits import limits_of, read_limits
-    from warpdrape.results.judgement import judge, not_judged, verdict
-    from warpdrape.results.judgement_picture import draw_judgement
-    from warpdrape.results.run_folder import JUDGEMENT
-    from warpdrape.results.run_tables import read_history, read_summary
+    from warpdrape.commands.judging import judged
+    from warpdrape.results.run_tables import read_summary
 
-    given = None if arguments.limits is None else read_limits(arguments.limits)
     folder = Path(arguments.run)
     summary = read_summary(folder)
-    limits = limits_of(summary) if given is None else given
     if summary["status"] != "completed":
         return complain(f"the run failed, nothing to judge: {summary['message']}", FAILED)
-    faults = judge(summary, read_history(folder), limits)
-    print(verdict(faults, not_judged(summary, limits)))
-    out = folder / JUDGEMENT if arguments.out is None else Path(arguments.out)
-    print(f"Marked in {draw_judgement(folder, summary, faults, out)}")
+    words, faults = judged(folder, arguments)
+    print(words)
     return UNFIT if faults else DONE
 
 
