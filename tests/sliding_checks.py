@@ -11,7 +11,7 @@ import warpdrape as wd
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.sliding_yarns import build_ply_sliding
 from warpdrape.interaction import Bodies, Run, Share
-from warpdrape.kernels.forces.sliding_yarns import Slide
+from warpdrape.kernels.forces.yarn_chains import Slide
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.state import start_plies
@@ -20,6 +20,9 @@ YARNS = LinearTension(46e3, 48e3)
 COUPLE = ShearPolynomial((4e-4, -8e-4, 1e-3))
 HOLD = {"slip_force_warp": 0.1, "slip_force_weft": 0.2, "stiffness_warp": 2e4}
 HOLD["stiffness_weft"] = 3e4
+FREE = {"slip_force_warp": 100.0, "slip_force_weft": 100.0, "stiffness_warp": 1e5}
+FREE["stiffness_weft"] = 1e5
+"""Crossovers that do not slip where they are only led a little."""
 
 
 def cloth(tension=YARNS, shear=COUPLE, factor=1.0, **hold):
