@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from law_checks import PLAIN, UNEQUAL, crimp_table
-from scipy.optimize import minimize_scalar
-from sliding_checks import FREE, YARNS, Led, blank, cloth
+from sliding_checks import FREE, YARNS, Led, blank, cloth, saw_tooth_yarns
 from test_yarn_net import Led as Pinned
 from test_yarn_net import shaken, turned
 
@@ -113,27 +112,10 @@ def test_without_slides_strains_and_tensions_shown_are_those_of_pinned_yarns():
 
 
 def saw_tooth(law, stretched, longer):
-    """Warp and weft tensions [N] of a cell with more yarn in it, by brute force.
-
-    Its yarns climb h1 + h2, as high as woven; energy ½ EA l e² of either, e its strain, least over
-    h1. ``stretched``: 1 + ε of the cell, over its yarns as woven; ``longer``: yarn over that.
-    """
+    """Tensions of warp and weft along the sheet [N], as of `saw_tooth_yarns`."""
+    yarns, heights = saw_tooth_yarns(law, stretched, longer)
     spacing = np.array([law.spacing_warp, law.spacing_weft]) * stretched
-    length = np.array(law.lengths) * longer
-    stiff, total = np.array([law.stiffness_warp, law.stiffness_weft]), sum(law.heights)
-
-    def strains(first):
-        heights = np.array([first, total - first])
-        return np.maximum(np.hypot(spacing, heights) / length - 1.0, 0.0)
-
-    found = minimize_scalar(
-        lambda h: (0.5 * stiff * length * strains(h) ** 2).sum(),
-        bounds=(0.0, total),
-        method="bounded",
-        options={"xatol": 1e-15},
-    )
-    heights = np.array([found.x, total - found.x])
-    return stiff * strains(found.x) * spacing / np.hypot(spacing, heights)
+    return yarns * spacing / np.hypot(spacing, heights)
 
 
 @pytest.mark.parametrize(("more", "within"), [(0.0, 1e-6), (0.02, 1e-6), (0.1, 1e-6)])

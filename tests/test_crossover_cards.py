@@ -56,6 +56,9 @@ def test_a_fabric_file_gives_its_crossover(tmp_path):
     friction = '[crossover.friction]\nvalue = 20\nunit = "%"\nstatus = "assumed"\nsource = "s"\n'
     cloth = load_fabric(fabric_file(tmp_path, CROSSOVER + friction))
     assert cloth.crossover.friction == 0.2 and "crossover.friction" in card(cloth)
+    cloth = load_fabric(fabric_file(tmp_path, CROSSOVER + friction.replace(".f", ".yarn_f")))
+    assert cloth.crossover.yarn_friction == 0.2 and "crossover.yarn_friction" in card(cloth)
+    assert cloth.crossover.friction == 0.0
 
 
 @pytest.mark.parametrize(
@@ -77,3 +80,5 @@ def test_a_crossover_is_one():
         dataclasses.replace(fabric(YARNS), crossover=0.3)
     with pytest.raises(InputError, match=r"friction = 20 is above 2"):
         wd.Crossover(**HOLD, friction=20.0)
+    with pytest.raises(InputError, match=r"yarn_friction = 20 is above 2.*presses the yarns"):
+        wd.Crossover(**HOLD, yarn_friction=20.0)

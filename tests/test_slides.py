@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 import warp as wp
-from law_checks import PLAIN, crimp_table
-from sliding_checks import FREE, YARNS, Led, blank, cloth, scene_of
+from law_checks import PLAIN, SPACING, crimp_table
+from sliding_checks import FREE, YARNS, Led, blank, cloth, saw_tooth_yarns, scene_of
 from test_engine import small_press
 
 from warpdrape.errors import InputError
@@ -204,3 +204,23 @@ def test_clamps_grip_yarns_unless_they_are_told_not_to():
     assert (np.abs(rate[at[:, 0] > 0.0149, 0]) > 1e-9).all()
     with pytest.raises(InputError, match=r"yarns of clamp 'left'.*'loose'"):
         side("left", "loose")
+
+
+def test_yarns_rub_with_the_force_that_their_crimp_presses_with():
+    """F + μ 2 t h/L at every crossing, the same from warp and weft by brute force."""
+    hold = {"slip_force_warp": 1e-3, "slip_force_weft": 1e-3}
+    hold |= {"stiffness_warp": 1e7, "stiffness_weft": 1e7}
+    material = cloth(PLAIN, factor=0.01, yarn_friction=0.3, **hold)
+    led, stretched = Led(blank(material, cells=3)), np.array([1.006, 1.004])
+    x = led.scene.plies[0].rest_points * (*stretched, 1.0)
+    after = led.step(x, led.slides(rate=1e-3))[1]["grip"]
+    crossings = (led.of.chains.areas / material.cell_area)[:, None]
+    force = after * led.of.crossovers.stiffness.numpy() / crossings
+    yarns, heights = saw_tooth_yarns(PLAIN, stretched, np.ones(2))
+    lengths = np.hypot(SPACING * stretched, heights)
+    press = 2.0 * yarns * heights / lengths
+    assert press[0] == pytest.approx(press[1], rel=1e-5) and press[0] > 5.0
+    np.testing.assert_allclose(force, 1e-3 + 0.3 * press[0], rtol=1e-5)
+    with pytest.raises(InputError, match=r"yarn_friction = 0\.3 of fabric 'test'.*friction, per"):
+        Led(blank(cloth(yarn_friction=0.3)))
+    assert Led(blank(cloth(friction=0.3))).count

@@ -18,6 +18,8 @@ import warp as wp
 
 from ..materials.crimp import (
     CrimpInterchange,
+    climb_force,
+    exchanged_height,
     family_energy,
     family_tension,
     yarn_stretches,
@@ -41,6 +43,16 @@ def alone(family: int, strain: wp.vec2d) -> wp.vec2d:
     if family == 0:
         return wp.vec2d(strain[0], wp.float64(0.0))
     return wp.vec2d(wp.float64(0.0), strain[1])
+
+
+def make_no_press(Tension):
+    """Make the function of a law that does not know how its yarns climb over each other."""
+
+    @wp.func
+    def no_press(law: Tension, distance: wp.vec2d, yarn: wp.vec2d) -> wp.float64:
+        return wp.float64(0.0)
+
+    return no_press
 
 
 def make_slid_law(tension, tension_energy, Tension, coupled: bool):
@@ -148,3 +160,13 @@ def slid_crimp_loads(law: CrimpInterchange, distance: wp.vec2d, yarn: wp.vec2d) 
         size = law.stiffness[f] * law.length[f] / law.cell_area
         out.draw[f] = size * (e + half * e * e + pressed)
     return out
+
+
+@wp.func
+def crimp_press(law: CrimpInterchange, distance: wp.vec2d, yarn: wp.vec2d) -> wp.float64:
+    """Force of the yarns of a crossing on each other [N]: 2 t h/L, the same of both at balance."""
+    cell = with_yarn(law, yarn)
+    strain = strain_in(law, cell, distance)
+    rise = exchanged_height(cell, strain)
+    warp = climb_force(cell, 0, strain[0], rise)[0]
+    return warp + climb_force(cell, 1, strain[1], -rise)[0]

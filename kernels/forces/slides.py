@@ -11,7 +11,7 @@ stiff as it likes. Vertices and slides share the bars: (Δt ω)² ≤ q_x + q_s,
 
 import warp as wp
 
-from .bar_loads import NONE
+from .bar_loads import NONE, drawn_out, of_both
 from .sliding_bars import BarMemory, bar_drag
 from .yarn_chains import (
     Bars,
@@ -39,6 +39,7 @@ class Pulls:
 
     pull: wp.vec2d  # Q [N]
     tension: wp.vec2d  # mean line tension of the bars beside it [N/m]
+    press: wp.float64  # of its yarns on each other, at one crossing of them [N]
     room_below: wp.vec2d  # yarn that may leave the bars before it [m]
     room_above: wp.vec2d  # … after it
 
@@ -106,13 +107,39 @@ def take_slides(first: int, moved: wp.array(dtype=Slide), slides: wp.array(dtype
     slides[v] = moved[v]
 
 
-def make_slide_kernels(bar_loads, Tension):
+def make_slide_kernels(bar_loads, press, Tension):
     """Make the kernels of slides for one law: ``(slide_yarns, measure_slides)``.
 
     Args:
         bar_loads: from `bar_loads.make_bar_loads`.
+        press: wp.func (law, ρ, λ) → force of a crossing's yarns on each other [N].
         Tension: struct of the tension law.
     """
+
+    @wp.func
+    def press_at(
+        law: Tension,
+        bars: Bars,
+        crossovers: Crossovers,
+        v: int,
+        slides: wp.array(dtype=Slide),
+        x: wp.array(dtype=wp.vec3d),
+    ) -> wp.float64:
+        """Mean over the pairs of bars beside a crossover."""
+        total = wp.float64(0.0)
+        pairs = wp.float64(0.0)
+        for k in range(4):
+            warp = crossovers.bars[v][k // 2]
+            weft = crossovers.bars[v][2 + k % 2]
+            if warp != NONE and weft != NONE:
+                if bar_holds(bars, crossovers, warp, slides) and bar_holds(
+                    bars, crossovers, weft, slides
+                ):
+                    a = drawn_out(bars, warp, slides, x)
+                    b = drawn_out(bars, weft, slides, x)
+                    total += press(law, of_both(0, a[0], b[0]), of_both(0, a[1], b[1]))
+                    pairs += wp.float64(1.0)
+        return total / wp.max(pairs, wp.float64(1.0))
 
     @wp.func
     def pulls_on(
@@ -150,6 +177,8 @@ def make_slide_kernels(bar_loads, Tension):
                         out.pull[f] += loads.ends[0] - pull
                         out.room_above[f] = room
             out.tension[f] = total / wp.max(beside, one)
+        if crossovers.rubbing[v] > wp.float64(0.0):
+            out.press = press_at(law, bars, crossovers, v, slides, x)
         return out
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -187,7 +216,8 @@ def make_slide_kernels(bar_loads, Tension):
             if crossovers.held[v] == 0 and left > wp.float64(0.0):
                 spring = left * crossovers.stiffness[v][f]
                 pressed = wp.max(on.tension[1 - f], wp.float64(0.0))
-                limit = left * (crossovers.slip[v][f] + crossovers.friction[v][f] * pressed)
+                limit = crossovers.slip[v][f] + crossovers.friction[v][f] * pressed
+                limit = left * (limit + crossovers.rubbing[v] * on.press)
                 grip = gripped(
                     on.pull[f],
                     known.rate[f],

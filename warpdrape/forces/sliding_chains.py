@@ -17,6 +17,8 @@ from warpdrape.forces.yarns import net_of
 from warpdrape.interaction import Span
 from warpdrape.kernels.forces.bar_loads import make_bar_loads
 from warpdrape.kernels.forces.slid_laws import (
+    crimp_press,
+    make_no_press,
     make_slid_law,
     slid_crimp_energy,
     slid_crimp_loads,
@@ -27,7 +29,7 @@ from warpdrape.kernels.forces.yarn_chains import Bars, Crossovers
 from warpdrape.kernels.materials.crimp import CrimpInterchange as CrimpStruct
 from warpdrape.kernels.materials.tension import LinearTension as LinearStruct
 from warpdrape.materials.law_data import membrane_functions, tension_struct
-from warpdrape.materials.laws import LinearTension
+from warpdrape.materials.laws import CrimpInterchange, LinearTension
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
@@ -65,6 +67,12 @@ def check_card(ply: Ply) -> None:
             f"{ply.name!r}, slip force and stiffness: give them in its file, or take "
             "approach = 'yarns', whose crossovers are pinned"
         )
+    if fabric.crossover.yarn_friction > 0.0 and not isinstance(fabric.tension, CrimpInterchange):
+        raise InputError(
+            f"crossover.yarn_friction = {fabric.crossover.yarn_friction:g} of fabric "
+            f"{fabric.name!r} rubs with the force that the yarns' crimp presses with, and its "
+            "tension law knows no crimp: give crossover.friction, per tension of the crossed yarn"
+        )
 
 
 def is_coupled(ply: Ply) -> bool:
@@ -82,12 +90,13 @@ def kernels_of(ply: Ply) -> ChainKernels:
 def _made(tension, tension_energy, Tension) -> ChainKernels:
     coupled = Tension is not LinearStruct
     if Tension is CrimpStruct:
-        slid = slid_crimp_loads, slid_crimp_energy
+        slid, press = (slid_crimp_loads, slid_crimp_energy), crimp_press
     else:
         slid = make_slid_law(tension, tension_energy, Tension, coupled)
+        press = make_no_press(Tension)
     loads, energy = make_bar_loads(*slid, Tension, coupled)
     pull, measure_bars = make_bar_kernels(loads, energy, Tension)
-    slide, measure_slides = make_slide_kernels(loads, Tension)
+    slide, measure_slides = make_slide_kernels(loads, press, Tension)
     return ChainKernels(pull, slide, measure_bars, measure_slides)
 
 
@@ -162,6 +171,8 @@ def crossovers_on(
     out.stiffness = pairs(crossings * (law.stiffness_warp, law.stiffness_weft))
     crossed = fabric.yarn_width[::-1]  # of the yarn that is crossed, whose tension presses
     out.friction = pairs(crossings * law.friction * np.array(crossed))
+    rubbing = law.yarn_friction * crossings[:, 0]
+    out.rubbing = wp.array(rubbing, dtype=wp.float64, device=device)
     beside = np.where(chains.bars < 0, 0.0, stiffness[chains.bars]).reshape(-1, 2, 2).sum(axis=2)
     out.inertia = pairs(np.where(beside > 0.0, 2.0 / SLIDES_SHARE * beside, 1.0))
     out.below, out.above, out.span = pairs(below), pairs(above), pairs(chains.span)
