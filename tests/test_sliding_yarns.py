@@ -1,6 +1,7 @@
 """Whole runs of yarns that slide: coupons, presses, threads; what cannot be is refused."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from warpdrape.errors import InputError
 from warpdrape.forces.yarns import net_of
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.numerics import Numerics
-from warpdrape.scenes import bias_extension, biaxial_tension
+from warpdrape.scenes import bias_extension, biaxial_tension, hemisphere
 from warpdrape.setup import Clamp
 
 
@@ -141,3 +142,14 @@ def test_crossovers_that_crowd_are_warned_of():
     )
     slide[chains.ends[first, 1], 0] = -10.0 * chains.lengths[first]  # its end has gone by
     assert led.of.warnings(slide) == []
+
+
+def test_a_press_softens_yarns_that_slide_less():
+    """What they stretch they do not slide; an accuracy that softens none, and others, as ever."""
+    material = load_fabric(Path(__file__).parents[1] / "examples" / "sliding_interlock.toml")
+    for accuracy, softening in (("draft", 9.0), ("standard", 9.0), ("reference", 1.0)):
+        built = {"fabric": material, "accuracy": accuracy, "cells": 6}
+        scene = hemisphere.build(approach="sliding_yarns", **built)
+        assert scene.numerics.yarn_softening == softening
+        scene = hemisphere.build(approach="yarns", **built)
+        assert scene.numerics.yarn_softening == {"draft": 100.0, "standard": 36.0}.get(accuracy, 1)
