@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from warpdrape import InputError, cli
+from warpdrape.command_line.command import UNFIT
 from warpdrape.defects.limits import (
     Limits,
     limits_entry,
