@@ -33,7 +33,7 @@ from warpdrape.results.quasi_static import taken
 from warpdrape.scene import Scene
 from warpdrape.scenes import bias_extension, hemisphere, picture_frame, prepreg_hemisphere
 from warpdrape.units import celsius
-from warpdrape.verification import prepreg
+from warpdrape.verification import heat, prepreg
 
 CARD = "synthetic_prepreg"
 
@@ -210,11 +210,11 @@ def test_a_dry_fabric_has_nothing_of_it(tmp_path):
 
 
 def test_a_ply_between_plates_cools_as_its_closed_form():
-    found, exact = prepreg.between_plates()
+    found, exact = heat.between_plates()
     assert exact[0] - exact[-1] > 0.8 * (520.0 - 380.0)
     np.testing.assert_allclose(found, exact, rtol=0.002)
     np.testing.assert_allclose((found - 380.0)[:6], (exact - 380.0)[:6], rtol=0.01)
-    slow, _ = prepreg.between_plates(0.3)
+    slow, _ = heat.between_plates(0.3)
     assert slow[-1] > found[3]
 
 

@@ -11,7 +11,7 @@ import warp as wp
 
 from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
-from .friction import Rub
+from .friction import Rub, at_vertex
 from .surface import (
     CURVED,
     barycentric,
@@ -176,7 +176,7 @@ def tangent_plane(
     """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
 
     A surface with borders has a back: a vertex that comes from behind meets it there, half the ply
-    thickness away, and its border as a rounded edge.
+    thickness away. A border is a rounded edge: a flat end would push at once what comes from aside.
 
     Args:
         surfaces: the tools' facets.
@@ -233,6 +233,10 @@ def tangent_plane(
                 plane.normal = normal
                 plane.level = wp.dot(normal, point) + offset
             return plane, distance
+    if border and height > zero and aside > zero:  # round the border, from the front too
+        normal = wp.normalize(at - point)
+        gap = wp.length(at - point) - offset
+        past_border = False
     inside = gap < wp.float64(0.0)
     behind = gap < -near and not held  # an open surface, not pressed into it
     if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
@@ -403,7 +407,7 @@ def add_tool_forces(
                         laws,
                         mass[i],
                         pads[i],
-                        rubs[tool],
+                        at_vertex(law.friction, rubs[tool], i),
                         gap,
                         plane.normal,
                         moving,

@@ -11,8 +11,8 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warpdrape.commands.arguments import OUT, whole
 from warpdrape.commands.interrupts import interrupt_kept
+from warpdrape.commands.values import OUT, whole
 
 if TYPE_CHECKING:
     from warpdrape.results.result import Result

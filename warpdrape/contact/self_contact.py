@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -27,9 +26,9 @@ from warpdrape.kernels.contact import folds
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.folds import Patches
-from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf
+from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf, SelfSlots
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing
 
 THICKNESSES_APART = 4.0
@@ -42,20 +41,21 @@ SIDES_APART = 1.25
 
 @dataclass(frozen=True, eq=False)
 class SelfContactMemory(SlotMemory):
-    """What it remembers; a slot is a vertex and a side of its ply.
+    """What it remembers; a slot is a vertex and a side of its ply, a pair a ply and itself.
 
     Attributes:
-        seen: the triangle last seen plus one, shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
-        deepest: deepest penetration of each ply into itself [m], shape [ply].
-        jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
-    seen: wp.array
     pressing: wp.array
-    deepest: wp.array
-    jump: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
+
+    @property
+    def kept(self) -> SelfSlots:
+        """For the kernels."""
+        kept = SelfSlots()
+        kept.seen, kept.slots, kept.pressing = self.seen, self.slots, self.pressing
+        kept.deepest, kept.jump = self.deepest, self.jump
+        return kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +95,8 @@ class SelfContact:
         slots, plies = 2 * sum(ply.vertices for ply in self.plies), len(self.scene.plies)
         device = self.device
         return SelfContactMemory(
-            **SlotMemory.empty(slots, device),
-            seen=wp.zeros(slots, dtype=wp.int32, device=device),
+            **SlotMemory.empty(slots, plies, wp.int32, device),
             pressing=wp.zeros(self.mass.shape[0], dtype=wp.int32, device=device),
-            deepest=wp.zeros(plies, dtype=wp.float64, device=device),
-            jump=wp.zeros(plies, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
@@ -141,15 +138,14 @@ class SelfContact:
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
         inputs += [self.patches, run.first, self.mass, plies.x]
-        outputs = [memory.seen, memory.slots, memory.pressing]
-        outputs += [plies.lost, memory.deepest, memory.jump]
+        outputs = [memory.kept, plies.lost]
         return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
 
     def _forces(
         self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
     ) -> Launch:
-        inputs = [self.law, self.laws, ply, run.first, plies.x, plies.v, memory.pressing]
-        outputs = [memory.slots, plies.f, plies.lost]
+        inputs = [self.law, self.laws, ply, run.first, plies.x, plies.v]
+        outputs = [memory.kept, plies.f, plies.lost]
         return Launch(kernels.add_self_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:

@@ -126,7 +126,7 @@ class ToolContact:
             outputs = [memory.holds, plies.f, tools.reaction, tools.moment, plies.lost]
             push.append(Swept(add_tool_forces, run, inputs, outputs))
         if self.heat is not None:
-            push += self.heat.launches(share.vertices, bodies, memory.touching, memory.holds)
+            push += self.heat.launches(share, bodies, memory.touching, memory.planes, memory.holds)
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
     def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:

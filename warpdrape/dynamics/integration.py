@@ -15,7 +15,7 @@ from warpdrape.kernels.dynamics.motion import (
     advance_vertices,
     count_step,
 )
-from warpdrape.kernels.dynamics.parts import note_runaway, raise_to, take_over
+from warpdrape.kernels.dynamics.parts import note_runaway, raise_to, take_over, take_over_each
 from warpdrape.kernels.dynamics.selective_mass import drift_vertices, push_vertices, raise_power
 from warpdrape.state import Across, State, all_arrays
 
@@ -131,14 +131,17 @@ def advance(part: Part) -> None:
 
 
 def gather_forces(part: Part, parts: Sequence[Part]) -> None:
-    """Add to a part's vertices the forces that the other parts have scattered there."""
-    ours = part.state.plies.f
+    """Add to a part's vertices the forces, and heat, that the others have scattered there."""
+    ours, heat = part.state.plies.f, part.state.heat
     for first, count in part.vertices:
         for other in parts:
             if other is part:
                 continue
             inputs = [first, count, other.state.plies.f]
             wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
+            if heat is not None:
+                inputs, outputs = [first, other.state.heat.power], [heat.power]
+                wp.launch(take_over_each, count, inputs=inputs, outputs=outputs, device=ours.device)
 
 
 def gather_totals(parts: Sequence[Part]) -> None:

@@ -14,6 +14,7 @@ import warp as wp
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
+from warpdrape.forces.pairs import arrange_pairs
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
 from warpdrape.kernels.forces import sheet
@@ -303,7 +304,19 @@ def _yarn_kernels(functions: tuple) -> tuple:
     return make_pair_forces(tension, shear, *structs), *kernels.make_yarn_membrane(*functions)
 
 
-def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> tuple:
+def _yarn_launches(
+    ply: Ply,
+    numerics: Numerics,
+    vertex: int,
+    common: list[wp.array],
+    gradients: np.ndarray,
+    areas: np.ndarray,
+    device: str,
+) -> tuple[tuple[Load, ...], np.ndarray, tuple[Any, int, list]]:
+    """A woven ply's loads, its triangles as these take them, and its measurement.
+
+    Pairs come first, two at a time; an odd one is left to the kernel of patches of any size.
+    """
     fabric = ply.fabric
     add_pair_forces, add_patch_forces, measure = _yarn_kernels(membrane_functions(fabric))
     laws = [
@@ -312,87 +325,27 @@ def _yarn_launches(ply, numerics, vertex, common, gradients, areas, device) -> t
         stabiliser_stiffness(fabric, numerics),
         fabric.yarn_angle,
     ]
-    if numerics.averaging == "pairs":
-        pairing = pair_triangles(ply.mesh)
-        offsets, members, pairs = pairing.offsets, pairing.triangles, pairing.n_pairs
-    else:
-        offsets, members, pairs = np.arange(len(areas) + 1), np.arange(len(areas)), 0
-    patches = len(offsets) - 1
-    offset_array = wp.array(offsets, dtype=wp.int32, device=device)
-    member_array = wp.array(members, dtype=wp.int32, device=device)
-    paired = pairs - pairs % 2
+    offsets, members, pairs = _patches(ply, numerics)
+    patches, paired = len(offsets) - 1, pairs - pairs % 2
+    in_order = [wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)]
     loads = []
     if paired:
         halves = members[: 2 * paired].reshape(-1, 2)
-        quads, *of_two = pair_gradients(np.asarray(ply.mesh.triangles), gradients, halves)
-        two_pairs = two_by_two(quads + vertex, *of_two, areas[halves])
+        two_pairs = arrange_pairs(np.asarray(ply.mesh.triangles), gradients, areas, halves, vertex)
         pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
         twos = paired // 2
         loads.append(Load(add_pair_forces, twos, [0, pair_array, *laws], PairMemory, twos))
     if patches > paired:
-        inputs = [paired, offset_array, member_array, *common, *laws]
+        inputs = [paired, *in_order, *common, *laws]
         memory = kernels.PatchMemory
         loads.append(Load(add_patch_forces, patches - paired, inputs, memory, patches))
-    measurement = (measure, patches, [offset_array, member_array, *common, *laws])
-    return tuple(loads), members, measurement
+    return tuple(loads), members, (measure, patches, [*in_order, *common, *laws])
 
 
-def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Arrange pairs two by two as the kernels' `TwoPairs`.
-
-    Args:
-        quads: vertices (i, j, k, l), an even number of pairs, shape [p, 4].
-        da: D of (i, j, k) [1/m], shape [p, 4].
-        db: D of (i, l, j) [1/m], shape [p, 4].
-        areas: initial areas [m²], shape [p, 2].
-
-    Returns:
-        Structured array, shape [p / 2].
-    """
-
-    def lanes(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.column_stack([a, b]).reshape(-1, 4)
-
-    two = np.zeros(len(quads) // 2, dtype=TwoPairs.numpy_dtype())
-    two["vertices_p"], two["vertices_q"] = quads[0::2], quads[1::2]
-    two["warp_at_j"], two["warp_at_tip"] = lanes(da[:, 0], db[:, 1]), lanes(da[:, 1], db[:, 0])
-    two["weft_at_j"], two["weft_at_tip"] = lanes(da[:, 2], db[:, 3]), lanes(da[:, 3], db[:, 2])
-    two["areas"] = areas.reshape(-1, 4)
-    return two
-
-
-def pair_gradients(
-    triangles: np.ndarray, gradients: np.ndarray, pairs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Number a pair's vertices (i, j, k, l), its triangles being (i, j, k) and (i, l, j).
-
-    Args:
-        triangles: vertices, counter-clockwise, shape [m, 3].
-        gradients: (D1b, D1c, D2b, D2c) [1/m], shape [m, 4].
-        pairs: triangles, shape [p, 2].
-
-    Returns:
-        Vertices, shape [p, 4]; gradients of the two triangles in that order, each shape [p, 4].
-    """
-    ta, tb = triangles[pairs[:, 0]], triangles[pairs[:, 1]]
-    shared = (ta[:, :, None] == tb[:, None, :]).any(2)
-    tip = np.argmin(shared, axis=1)  # the one corner of a that b lacks
-    rows = np.arange(len(pairs))
-    i, j, k = (ta[rows, (tip + s) % 3] for s in (1, 2, 0))
-    tip_b = np.argmin((tb[:, :, None] == ta[:, None, :]).any(2), axis=1)
-    quads = np.column_stack([i, j, k, tb[rows, tip_b]])
-    full = np.stack(
-        [
-            np.column_stack(
-                [-gradients[:, c] - gradients[:, c + 1], gradients[:, c], gradients[:, c + 1]]
-            )
-            for c in (0, 2)
-        ],
-        1,
-    )  # D[triangle, family, corner]
-    in_a, in_b = full[pairs[:, 0]], full[pairs[:, 1]]
-    da = [in_a[rows, family, (tip + s) % 3] for family in (0, 1) for s in (2, 0)]
-    # In b, counter-clockwise: tip l, then j, then i, as b runs along the shared edge from j to i.
-    at_j = np.argmax(tb == j[:, None], axis=1)
-    db = [in_b[rows, family, at] for family in (0, 1) for at in (tip_b, at_j)]
-    return quads.astype(np.int32), np.column_stack(da), np.column_stack(db)
+def _patches(ply: Ply, numerics: Numerics) -> tuple[np.ndarray, np.ndarray, int]:
+    """Where each patch's triangles begin, the triangles, and how many patches are pairs."""
+    if numerics.averaging == "pairs":
+        pairing = pair_triangles(ply.mesh)
+        return pairing.offsets, pairing.triangles, pairing.n_pairs
+    count = len(ply.mesh.triangles)
+    return np.arange(count + 1), np.arange(count), 0

@@ -44,7 +44,7 @@ def load_json(path: Path) -> Any:
     """What a JSON file holds; raise `InputError` where it cannot be read."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         words = " ".join(str(error).split())
         raise InputError(f"{path} is not readable JSON ({words}): {AGAIN}") from error
 

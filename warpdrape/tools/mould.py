@@ -113,7 +113,7 @@ class Mould:
         tool, unit = _read(path, name, units, tolerance, friction)
         across = float(np.ptp(tool.vertices, axis=0).max())
         if not PLAUSIBLE[0] <= across <= PLAUSIBLE[1]:
-            remedy = "its file states a wrong unit" if is_cad(path) else "give another of units"
+            remedy = _other_unit(path, across / UNITS[unit]) if units else "its file is wrong there"
             raise InputError(
                 f"mould {os.fspath(path)!r} is {across:.4g} m across with its numbers in {unit}, "
                 f"not {PLAUSIBLE[0]:g} to {PLAUSIBLE[1]:g} m: {remedy}"
@@ -189,6 +189,15 @@ class Mould:
         press = Float(force=force, axis=way, mass=ALUMINIUM * PLATE * area, ramp=FORCE_RISES)
         ring = Tool(name=name, surface=surface, motion=press)
         return ring.moved((0.0, 0.0, self.level + (0.0 if male else thickness)))
+
+
+def _other_unit(path: str | os.PathLike[str], count: float) -> str:
+    """What to give in place of a unit with which a file that states none has no mould's size."""
+    fitting = [u for u, metres in UNITS.items() if PLAUSIBLE[0] <= count * metres <= PLAUSIBLE[1]]
+    if not fitting:
+        return "look what the file holds"
+    sizes = (f"{unit!r}, {1e3 * count * UNITS[unit]:.4g} mm" for unit in fitting)
+    return f"give another of units: {' or '.join(sizes)}"
 
 
 def _read(

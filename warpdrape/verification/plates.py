@@ -58,10 +58,12 @@ def plates(quick: bool) -> Iterator[CaseResult]:
         inner = np.flatnonzero(~border)
         matrix, _, _ = _operator(mesh).stiffness(moduli)
         found = _frequencies(matrix[inner][:, inner], mass[inner], 4)
-        worst = found[np.argmax(np.abs(found / exact - 1.0))]
-        reference = exact[int(np.argmin(np.abs(np.array(exact) / worst - 1.0)))]
+        worst = int(np.argmax(np.abs(found / exact - 1.0)))
         yield relative(
-            f"supported plate, {kind}, h = L/24: worst of four frequencies", worst, reference, 0.02
+            f"supported plate, {kind}, h = L/24: worst of four frequencies",
+            found[worst],
+            exact[worst],
+            0.02,
         )
         solid, _, _ = _operator(mesh).stiffness(Bending.isotropic(1.0, 0.3).moduli)
         free = _frequencies(solid, mass, 4, shift=1.0)

@@ -1,0 +1,167 @@
+"""The hemisphere on meshes of every kind and size: ``python bench/meshes.py [--cells … --set …]``.
+
+What should not depend on a mesh: the largest shear angle, its 99th and 95th percentile by area, and
+draw-in along the yarns and between them. Meshes that are no parameter of the scene, random ones of
+other seeds and lattices turned against the blank, are put into it here. Runs are kept in ``--runs``
+and not done again; the table is printed as in docs/results.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import inspect
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.meshing import mesh_outline
+from warpdrape.blanks.outlines import Rectangle
+from warpdrape.blanks.triangles import area_percentile
+from warpdrape.scenes import hemisphere
+
+SIZE = 0.3
+"""Side of the blank [m]."""
+MESHES: dict[str, dict[str, Any]] = {
+    "grid": {"pattern": "grid"},
+    "diagonal": {"pattern": "diagonal"},
+    "random, seed 0": {"pattern": "random", "seed": 0},
+    "random, seed 1": {"pattern": "random", "seed": 1},
+    "random, seed 2": {"pattern": "random", "seed": 2},
+    "lattice turned by 15°": {"pattern": "aligned", "warp_angle": radians(15.0)},
+    "lattice turned by 30°": {"pattern": "aligned", "warp_angle": radians(30.0)},
+}
+FINER = {"diagonal": np.sqrt(2.0), "random": np.sqrt(np.sqrt(3.0))}
+"""Cells over those of a grid with as many triangles: squares of two, and equilateral triangles."""
+FIGURES = ("largest", "p99", "p95", "along", "between")
+"""Shear angles [deg], mean draw-in along the yarns and between them [mm]: a cell of the table."""
+FIELDS = ("rest_points", "points", "triangles", "shear_angle", "strain", "tool_pressure")
+ENERGIES = ("yarn_j", "shear_j", "stabiliser_j", "bending_j", "friction_j", "tool_work_j")
+FRAMES = 12
+
+
+def mesh(kind: str, cells: int) -> FlatMesh:
+    """A mesh of the blank.
+
+    Each has about as many triangles as a grid of so many squares of four.
+    """
+    options = MESHES[kind]
+    edge = SIZE / (cells * FINER.get(options["pattern"], 1.0))
+    return mesh_outline(Rectangle(SIZE, SIZE), edge=edge, **options)
+
+
+def run_here(
+    kind: str, cells: int, parameters: Mapping[str, Any], formed: Path | None = None
+) -> dict[str, float]:
+    """Form the ply once, on one thread.
+
+    Args:
+        kind: of mesh.
+        cells: squares of four triangles along a side, or a mesh as dense.
+        parameters: of the scene, or fields of its numerics.
+        formed: file for the formed ply's ``FIELDS``, to look into later.
+
+    Returns:
+        ``FIGURES``, draw-in place by place [mm], and what tells whether the run is to be trusted.
+    """
+    known = inspect.signature(hemisphere.build).parameters
+    tuned = {name: value for name, value in parameters.items() if name not in known}
+    given = {name: value for name, value in parameters.items() if name in known}
+    scene = hemisphere.build(blank_size=SIZE, **given)
+    scene = replace(
+        scene,
+        plies=[replace(scene.plies[0], mesh=mesh(kind, cells))],
+        numerics=replace(scene.numerics, **tuned),
+    )
+    result = scene.run(threads=1, frames=FRAMES)
+    summary, ply = result.summary, result.plies[0]
+    if summary["status"] != "completed":
+        raise SystemExit(f"{kind}, {cells} cells: {summary['message']}")
+    if formed is not None:
+        np.savez_compressed(formed, **{name: getattr(ply, name) for name in FIELDS})
+    shear, areas = np.abs(ply.shear_angle_deg), np.asarray(scene.plies[0].mesh.areas)
+    drawn = {name: 1e3 * value for name, value in summary["plies"][0]["draw_in_m"].items()}
+    return {
+        "largest": float(shear.max()),
+        "p99": area_percentile(shear, areas, 0.99),
+        "p95": area_percentile(shear, areas, 0.95),
+        "along": 0.5 * (drawn["warp"] + drawn["weft"]),
+        "between": drawn["bias"],
+        "triangles": len(areas),
+        "energy_error": summary["energy_error"],
+        "kinetic": summary["kinetic_ratio_loaded"],
+        **{name: float(result.history[name][-1]) for name in ENERGIES},
+        **{f"draw_in_{name}": value for name, value in drawn.items()},
+    }
+
+
+def done(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> dict[str, float]:
+    """A run's figures: from a file of an earlier one, or from a run."""
+    asked = json.dumps([kind, MESHES[kind], cells, parameters], sort_keys=True)
+    path = runs / f"{hashlib.sha1(asked.encode()).hexdigest()[:12]}.json"
+    if not path.exists():
+        runs.mkdir(parents=True, exist_ok=True)
+        found = run_here(kind, cells, parameters, path.with_suffix(".npz"))
+        path.write_text(json.dumps({"asked": asked, **found}) + "\n", encoding="utf-8")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def ranges(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Largest less smallest of each figure."""
+    return {name: float(np.ptp([row[name] for row in rows])) for name in FIGURES}
+
+
+def cell(row: Mapping[str, float]) -> str:
+    """A cell of the table."""
+    return "{largest:.1f}, {p99:.1f}, {p95:.1f}°; {along:.1f}, {between:.1f}".format_map(row)
+
+
+def markdown(angle: float, table: Mapping[int, Mapping[str, Mapping[str, float]]]) -> str:
+    """The table of an angle: sizes across, meshes down, ranges last."""
+    kinds = list(next(iter(table.values())))
+    lines = [[f"{angle:g}°", *(f"{cells} cells" for cells in table)], ["---"] * (len(table) + 1)]
+    lines += [[kind, *(cell(column[kind]) for column in table.values())] for kind in kinds]
+    lines += [["range", *(cell(ranges(list(column.values()))) for column in table.values())]]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def main() -> int:
+    """Compute what is missing, and print the tables."""
+    parser = argparse.ArgumentParser(prog="meshes.py", description=__doc__.splitlines()[0])
+    parser.add_argument("--angles", nargs="+", type=float, default=[0.0, 45.0], help="[deg]")
+    parser.add_argument("--cells", nargs="+", type=int, default=[20, 28, 40])
+    parser.add_argument("--meshes", nargs="+", choices=MESHES, default=list(MESHES))
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--runs", type=Path, default=Path("mesh_runs"), help="folder of runs")
+    chosen = parser.parse_args()
+    given = dict(pair.split("=", 1) for pair in chosen.set)
+    given = {name: _read(value) for name, value in given.items()}
+    for angle in chosen.angles:
+        parameters = {"angle_deg": angle, **given}
+        table: dict[int, dict[str, dict[str, float]]] = {}
+        for cells in chosen.cells:
+            table[cells] = {}
+            for kind in chosen.meshes:
+                row = done(kind, cells, parameters, chosen.runs)
+                table[cells][kind] = row
+                print(f"{angle:g}°, {cells} cells, {kind}: {cell(row)}", flush=True)
+        print(markdown(angle, table), flush=True)
+    return 0
+
+
+def _read(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+if __name__ == "__main__":
+    sys.exit(main())
