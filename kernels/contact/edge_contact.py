@@ -12,6 +12,7 @@ An edge belongs to its end of the lower number.
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .crossing import Crossing
 from .edge_search import Look, Seen, Sheets, look_everywhere, look_round
@@ -170,13 +171,13 @@ def touch_nearest(
 
 @wp.kernel(enable_backward=False)
 def find_edge_contacts(
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     search: PlySearch,
     sheets: Sheets,
     now: Ridges,
     own: int,
-    first: int,
     watched: wp.array(dtype=wp.int32),
     kept: EdgeSlots,
     touching: wp.array(dtype=wp.int32),
@@ -184,32 +185,32 @@ def find_edge_contacts(
 ):
     """Find the ridge nearest to each ridge of a ply, on the side to which it sticks out.
 
-    One thread a vertex, for the edges that begin there. An edge looks at the next ply there, at
+    A sweep over vertices, for the edges that begin there. An edge looks at the next ply there, at
     those beyond where that is not in sight, and where its own has folded at that. Between searches
     in which all ask it looks at the ridge that was nearest and at those beside it, once that may
     have come near.
 
     Args:
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         search: how to look.
         sheets: the plies.
         now: where their ridges are.
         own: number of the ply.
-        first: number of the first vertex.
         watched: whether edges of a vertex are ridges or touch, shape [vertex].
         kept: what edges remember; updated.
         touching: whether they may touch before the next search, shape [vertex]; overwritten.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    i = first + wp.tid()
-    if watched[i] == 0:
-        return
-    touches = wp.int32(0)
-    for e in range(sheets.edges.first_of_own[i], sheets.edges.first_of_own[i + 1]):
-        touch_nearest(law, laws, search, sheets, now, e, own, kept, lost)
-        touches = wp.max(touches, kept.pressing[e])
-    touching[i] = touches
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        if watched[i] == 0:
+            continue
+        touches = wp.int32(0)
+        for e in range(sheets.edges.first_of_own[i], sheets.edges.first_of_own[i + 1]):
+            touch_nearest(law, laws, search, sheets, now, e, own, kept, lost)
+            touches = wp.max(touches, kept.pressing[e])
+        touching[i] = touches
 
 
 @wp.kernel(enable_backward=False)

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from ..sweep import Sweep
 from .facets import PlyFacets, unit_normal
 
 SHARP = wp.constant(wp.float64(0.5))
@@ -60,7 +61,7 @@ def ridge_of(facets: PlyFacets, edges: PlyEdges, e: int, x: wp.array(dtype=wp.ve
 
 @wp.kernel(enable_backward=False)
 def find_ridges(
-    first: int,
+    sweep: Sweep,
     facets: PlyFacets,
     edges: PlyEdges,
     x: wp.array(dtype=wp.vec3d),
@@ -68,10 +69,10 @@ def find_ridges(
     ridges: wp.array(dtype=wp.int32),
     watched: wp.array(dtype=wp.int32),
 ):
-    """Find to which side edges stick out; one thread a vertex, for the edges that begin there.
+    """Find to which side edges stick out; a sweep over vertices, for the edges that begin there.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         facets: of all plies.
         edges: likewise.
         x: positions [m], shape [vertex].
@@ -79,11 +80,11 @@ def find_ridges(
         ridges: +1 up, −1 down, 0 where flat, shape [edge]; overwritten.
         watched: whether edges of a vertex are ridges or touch, shape [vertex]; overwritten.
     """
-    i = first + wp.tid()
-    watches = wp.int32(0)
-    for e in range(edges.first_of_own[i], edges.first_of_own[i + 1]):
-        ridge = ridge_of(facets, edges, e, x)
-        ridges[e] = ridge
-        if ridge != 0 or pressing[e] == 1:
-            watches = 1
-    watched[i] = watches
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        watches = wp.int32(0)
+        for e in range(edges.first_of_own[i], edges.first_of_own[i + 1]):
+            ridge = ridge_of(facets, edges, e, x)
+            ridges[e] = ridge
+            if ridge != 0 or pressing[e] == 1:
+                watches = 1
+        watched[i] = watches

@@ -7,6 +7,7 @@ left out.
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .facets import (
     MOST_MOVES,
@@ -208,6 +209,7 @@ def touch(
 
 @wp.kernel(enable_backward=False)
 def find_self_contacts(
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     search: PlySearch,
@@ -215,18 +217,18 @@ def find_self_contacts(
     flat: FlatPly,
     ply: SearchedSelf,
     patches: Patches,
-    first: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
     kept: SelfSlots,
     lost: wp.array(dtype=wp.vec3d),
 ):
-    """Find the triangles of a vertex's own ply nearest to it on both sides; one thread a vertex.
+    """Find the triangles of a vertex's own ply nearest to it on both sides; a sweep.
 
     A vertex keeps to the side of a fold on which it came near. Beyond a border it touches for half
     a thickness more, then nothing. Where the ply has not folded vertices are left out.
 
     Args:
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         search: how to look.
@@ -234,55 +236,58 @@ def find_self_contacts(
         flat: the flat plies.
         ply: the searched one.
         patches: the plies' patches, which may touch their ply.
-        first: number of the first vertex.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         kept: what vertices remember; updated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    i = first + wp.tid()
-    above = ply.first_slot + i - ply.first_vertex
-    below = above + ply.vertices
-    asks = search.asks == 1 and (patches.folded[patches.of_vertex[i]] == 1 or kept.pressing[i] == 1)
-    if search.asks == 1 and not asks:
-        kept.seen[above] = 0
-        kept.seen[below] = 0
-    if not asks and kept.seen[above] == 0 and kept.seen[below] == 0:
-        return
-    point = x[i]
-    upper = no_facet()
-    lower = no_facet()
-    if kept.seen[above] > 0 and (not asks or kept.slots.contacts[above].near == 1):
-        upper = walk_on_fold(flat, facets, i, kept.seen[above] - 1, x)
-    if kept.seen[below] > 0 and (not asks or kept.slots.contacts[below].near == 1):
-        lower = walk_on_fold(flat, facets, i, kept.seen[below] - 1, x)
-    if asks:
-        held_above = upper
-        held_below = lower
-        radius = radius_of(search)
-        margin = wp.vec3d(radius, radius, radius)
-        query = wp.mesh_query_aabb(ply.mesh, to_single(point - margin), to_single(point + margin))
-        for face in query:
-            there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
-            square = wp.length_sq(there.offset)
-            if square < radius * radius and is_another_fold(flat, facets, i, there):
-                over = is_same_place(flat, facets, i, held_above, there)
-                under = is_same_place(flat, facets, i, held_below, there)
-                if over == under:
-                    over = wp.dot(there.offset, facing(facets, there, x)) >= wp.float64(0.0)
-                if over:
-                    if upper.facet < 0 or square < wp.length_sq(upper.offset):
-                        upper = there
-                else:
-                    if lower.facet < 0 or square < wp.length_sq(lower.offset):
-                        lower = there
-    one = wp.float64(1.0)
-    touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, kept, lost)
-    touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, kept, lost)
-    # What is let go of still hands in its energy in the next step.
-    stores = wp.max(kept.slots.stored[above], kept.slots.stored[below]) > wp.float64(0.0)
-    near = kept.slots.contacts[above].near == 1 or kept.slots.contacts[below].near == 1
-    kept.pressing[i] = wp.where(near or stores, 1, 0)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        above = ply.first_slot + i - ply.first_vertex
+        below = above + ply.vertices
+        asks = search.asks == 1 and (
+            patches.folded[patches.of_vertex[i]] == 1 or kept.pressing[i] == 1
+        )
+        if search.asks == 1 and not asks:
+            kept.seen[above] = 0
+            kept.seen[below] = 0
+        if not asks and kept.seen[above] == 0 and kept.seen[below] == 0:
+            continue
+        point = x[i]
+        upper = no_facet()
+        lower = no_facet()
+        if kept.seen[above] > 0 and (not asks or kept.slots.contacts[above].near == 1):
+            upper = walk_on_fold(flat, facets, i, kept.seen[above] - 1, x)
+        if kept.seen[below] > 0 and (not asks or kept.slots.contacts[below].near == 1):
+            lower = walk_on_fold(flat, facets, i, kept.seen[below] - 1, x)
+        if asks:
+            held_above = upper
+            held_below = lower
+            radius = radius_of(search)
+            margin = wp.vec3d(radius, radius, radius)
+            query = wp.mesh_query_aabb(
+                ply.mesh, to_single(point - margin), to_single(point + margin)
+            )
+            for face in query:
+                there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
+                square = wp.length_sq(there.offset)
+                if square < radius * radius and is_another_fold(flat, facets, i, there):
+                    over = is_same_place(flat, facets, i, held_above, there)
+                    under = is_same_place(flat, facets, i, held_below, there)
+                    if over == under:
+                        over = wp.dot(there.offset, facing(facets, there, x)) >= wp.float64(0.0)
+                    if over:
+                        if upper.facet < 0 or square < wp.length_sq(upper.offset):
+                            upper = there
+                    else:
+                        if lower.facet < 0 or square < wp.length_sq(lower.offset):
+                            lower = there
+        one = wp.float64(1.0)
+        touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, kept, lost)
+        touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, kept, lost)
+        # What is let go of still hands in its energy in the next step.
+        stores = wp.max(kept.slots.stored[above], kept.slots.stored[below]) > wp.float64(0.0)
+        near = kept.slots.contacts[above].near == 1 or kept.slots.contacts[below].near == 1
+        kept.pressing[i] = wp.where(near or stores, 1, 0)
 
 
 @wp.kernel(enable_backward=False)

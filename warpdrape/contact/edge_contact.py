@@ -17,7 +17,7 @@ from warpdrape.contact.pressure import LOWER, UPPER, depths_now, on_corners
 from warpdrape.contact.self_contact import flat_plies
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.contact.stack import ply_stack
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import edge_contact as kernels
 from warpdrape.kernels.contact import ridges
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
@@ -99,16 +99,16 @@ class EdgeContact:
         plies, part = bodies.plies, share.number
         own = [(number, run) for number, runs in enumerate(share.by_ply) for run in runs]
         return Launches(
-            copy=tuple(self._mark(run, plies, memory) for _, run in own),
+            copy=tuple(self._mark(run, plies, memory) for run in share.vertices),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
-            scatter=tuple(self._forces(run, plies, memory) for _, run in own),
+            scatter=tuple(self._forces(run, plies, memory) for run in share.vertices),
         )
 
-    def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
-        inputs = [run.first, self.sheets.facets, self.sheets.edges, plies.x, memory.pressing]
+    def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Swept:
+        inputs = [self.sheets.facets, self.sheets.edges, plies.x, memory.pressing]
         outputs = [memory.ridges, memory.watched]
-        return Launch(ridges.find_ridges, run.count, inputs, outputs)
+        return Swept(ridges.find_ridges, run, inputs, outputs)
 
     def _find(
         self,
@@ -119,14 +119,14 @@ class EdgeContact:
         memory: EdgeContactMemory,
         *,
         asking: bool,
-    ) -> Launch:
+    ) -> Swept:
         thickness = thickest(self.scene)
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         now = Ridges()
         now.x, now.hollows, now.ways = plies.x, self.hollows, memory.ridges
-        inputs = [self.law, self.laws, search, self.sheets, now, number, run.first, memory.watched]
+        inputs = [self.law, self.laws, search, self.sheets, now, number, memory.watched]
         outputs = [memory.kept, memory.touching, plies.lost]
-        return Launch(kernels.find_edge_contacts, run.count, inputs, outputs)
+        return Swept(kernels.find_edge_contacts, run, inputs, outputs)
 
     def _forces(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
         inputs = [self.law, self.laws, self.sheets.edges, run.first, plies.x, plies.v]

@@ -21,7 +21,7 @@ from warpdrape.contact.pressure import (
     vertex_shapes,
 )
 from warpdrape.contact.slots import SlotMemory
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import folds
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
@@ -133,13 +133,13 @@ class SelfContact:
         memory: SelfContactMemory,
         *,
         asking: bool,
-    ) -> Launch:
+    ) -> Swept:
         thickness = ply.thickness
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
-        inputs += [self.patches, run.first, self.mass, plies.x]
+        inputs += [self.patches, self.mass, plies.x]
         outputs = [memory.kept, plies.lost]
-        return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
+        return Swept(kernels.find_self_contacts, run, inputs, outputs)
 
     def _forces(
         self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
