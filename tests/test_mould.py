@@ -263,8 +263,8 @@ def test_an_undercut_is_measured():
     whole = found.surface.mesh.area
     assert found.undercut == pytest.approx(2.0 * math.pi * 0.04**2 / whole, rel=0.05)
     assert face_of("block", read_surface("block", plate, 1.0)).undercut == 0.0
-    above = wd.Tool.sphere(radius=0.05)  # what looks down on nothing is the outside
-    assert face_of("ball", above.surface).undercut == 0.0
+    alone = trimesh.creation.icosphere(subdivisions=3, radius=0.04)
+    assert face_of("ball", read_surface("ball", alone, 1.0)).undercut == 0.0  # it is the outside
 
 
 def test_a_mould_without_a_flat_rim_has_no_holder():
