@@ -19,7 +19,6 @@ from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.numerics import Numerics
 from warpdrape.tools.chosen import Chosen, chosen_vertices
-from warpdrape.tools.floating import Motion
 from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
@@ -62,7 +61,7 @@ class Clamp:
     name: str
     ply: str
     where: Chosen
-    motion: Motion = field(default_factory=Still)
+    motion: Prescribed = field(default_factory=Still)
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None

@@ -49,6 +49,9 @@ class DefectWatch:
             for ply in self._scene.plies
         ]
 
+    def _ways(self, points: np.ndarray, poses: Sequence[Pose]) -> list[np.ndarray]:
+        return list(self._gaps.ways(points, poses))
+
     def look(self, plies: Sequence[FormedPly], poses: Sequence[Pose]) -> tuple[FormedPly, ...]:
         """Return formed plies with thickness, fibre volume fraction and wrinkles.
 
@@ -57,7 +60,7 @@ class DefectWatch:
             poses: where the tools are.
         """
         wrinklings = [
-            search.look(formed.points, partial(self._gaps.ways, formed.points, poses))
+            search.look(formed.points, partial(self._ways, formed.points, poses))
             for formed, search in zip(plies, self._searches, strict=True)
         ]
         self._poses = list(poses)
@@ -127,7 +130,7 @@ def defect_entries(
         formed: as it is at the end.
         history: columns over the frames.
     """
-    if formed.wrinkling is None:
+    if formed.wrinkling is None or formed.thickness is None:
         return {}
     ply = scene.plies[number]
     areas = np.asarray(ply.mesh.areas)

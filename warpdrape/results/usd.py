@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -100,7 +101,7 @@ class UsdWriter:
             self._marker.check(mark)
             take_back(self.partial_path, mark)
         # Frames go into the layer itself: a stage over it would follow each of their values.
-        self._layer: Sdf.Layer | None = _layer(self.partial_path, new=mark is None)
+        self._layer: Any = _layer(self.partial_path, new=mark is None)
         stage = Usd.Stage.Open(self._layer) if mark is None else Usd.Stage.CreateInMemory()
         set_up_stage(stage, frames_per_second, about)
         cloth, metal = define_materials(stage)
@@ -182,7 +183,7 @@ class UsdWriter:
                     self._layer.SetTimeSample(path, frame, to_usd(values[name]))
             for (path, angle_path), move, turn in zip(self._tools, moves, turns, strict=True):
                 self._layer.SetTimeSample(path, frame, Gf.Vec3d(*map(float, move)))
-                if angle_path is not None:
+                if angle_path is not None and turn is not None:
                     self._layer.SetTimeSample(angle_path, frame, math.degrees(turn))
             self._layer.SetTimeSample(TIME_PATH, frame, time_s)
             if self._last < 0:
@@ -319,7 +320,7 @@ def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...
 def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray]:
     """Return the frame's values by field name, checked, with colour, extent, normals added."""
     n, m = len(mesh.points), len(mesh.triangles)
-    shapes = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
+    shapes: dict[str, tuple[int, ...]] = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
     with np.errstate(over="ignore"):  # an overflow becomes infinite and is refused below
         values = {
             f.name: np.asarray(getattr(frame, f.name), np.float64).astype(np.float32)
