@@ -6,7 +6,7 @@ import numpy as np
 from pages import markdown
 from runs import Run, Runs
 
-from warpdrape.scenes.cusick_drape import CLOTH
+from warpdrape.scenes.cusick_drape import CLOTH, shadow, strongest_wave
 from warpdrape.verification.drape import DISC, SPECIMEN, folds_expected
 
 STIFFNESSES = (3e-4, 1e-3, 3e-3, 1e-2)
@@ -80,9 +80,17 @@ def bending_drape(runs: Runs) -> str:
                 f"{bending:.2g} N·m",
                 f"{drape['drape_coefficient']:.3f}",
                 f"{drape['folds']}",
+                f"{strongest_wave(shadow(run.result.plies[0], DISC)[0])}",
                 f"{folds_expected(1e-3 * length):.1f}",
             ]
         )
-    headings = ("bending length", "B", "drape coefficient", "folds", "by the closed form")
+    headings = (
+        "bending length",
+        "B",
+        "drape coefficient",
+        "folds",
+        "strongest harmonic",
+        "by the closed form",
+    )
     said = f"λ ∝ B^p of π (R + r)/folds: p = {exponent(np.array(stiff), np.array(widths))}."
     return f"{markdown(headings, rows)}\n\n{said}"
