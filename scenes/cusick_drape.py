@@ -79,9 +79,9 @@ def read_drape(result: Result, disc_radius: float, specimen_radius: float) -> di
 
     Returns:
         ``drape_coefficient``: the shadow's area without the disc's over the flat specimen's without
-        it [-]; ``folds``: their number; ``strongest_wave``: of the edge in plan, in waves round it, a
-        number of folds that knows no threshold; ``edge_drop_m``: how far the edge hangs down in the
-        mean.
+        it [-]; ``folds``: their number; ``strongest_wave``: of the edge in plan, in waves round it,
+        a number of folds that knows no threshold; ``edge_drop_m``: how far the edge hangs down in
+        the mean.
     """
     radius, drop = shadow(result.plies[0], disc_radius)
     disc, flat = math.pi * disc_radius**2, math.pi * specimen_radius**2
