@@ -3,7 +3,8 @@
 Every figure is triangle-steps per second of processor time, and also its ratio to `calib.c` (double
 precision, with shear) measured just before, so that it survives a noisy machine. Each case runs in
 a process of its own, so that its memory is its own. The table is printed, and written with the
-machine's particulars to ``bench.json`` (``--out``).
+machine's particulars to ``bench.json`` (``--out``). ``python bench threads`` shows what of a step
+does not get faster with threads (`scaling.py`).
 """
 
 from __future__ import annotations
@@ -52,6 +53,10 @@ def measure_here(name: str, repeat: int, program: Path) -> None:
 
 def main() -> int:
     """Run the chosen cases."""
+    if sys.argv[1:2] == ["threads"]:
+        import scaling
+
+        return scaling.main(sys.argv[2:])
     from cases import CASES
     from startup import start_up
     from yardstick import Yardstick

@@ -29,7 +29,7 @@ from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.partition import split
 from warpdrape.dynamics.phases import time_phases
 from warpdrape.materials.fabric_library import load_fabric, with_bending
-from warpdrape.results.result import read_plies, shown_at_vertices
+from warpdrape.results.snapshot import read_plies, shown_at_vertices
 from warpdrape.results.usd import SAVE_EVERY, PlyShape, ToolShape, UsdWriter
 from warpdrape.scenes import circular_table, hemisphere, stacked_hemisphere, three_ply_hemisphere
 from warpdrape.state import State

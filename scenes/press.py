@@ -20,6 +20,7 @@ from warpdrape import (
     lay_up,
     stack_top,
 )
+from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.errors import one_of
 from warpdrape.materials.law_data import taut_stiffness
 from warpdrape.materials.laws import Unwoven
@@ -52,6 +53,8 @@ the end of it."""
 SOFTEST = 3.4e5
 """Stiffness that yarns keep, however an accuracy softens them [N/m]: those of `carbon_interlock`
 over 100 keep more. Beyond that they would stretch by some tenths of a per cent."""
+SLIDING_SOFTENING = 9.0
+"""How far an accuracy softens yarns that slide at most [-]: what they stretch they do not slide."""
 
 
 def hemisphere_tools(
@@ -171,6 +174,8 @@ def press_numerics(parameters: Mapping[str, Any], plies: Sequence[Ply]) -> Numer
     if softening > 1.0:
         share = max(share, numerics.contact_share)
         softening = min(softening, *map(most_softening, plies))
+    if parameters["approach"] == SLIDING_YARNS:
+        softening = min(softening, SLIDING_SOFTENING)
     return replace(
         numerics,
         yarn_softening=softening,

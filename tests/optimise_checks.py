@@ -15,12 +15,23 @@ from warpdrape.studies.one_run import COMPLETED, FAILED, ended
 SCENE = '''
 """A scene of formulas: nobody builds it."""
 from warpdrape import Scene
-def build(*, x: float = 0.9, y: float = 0.9, n: int = 3, kind: str = "a", cells: int = 20) -> Scene:
+def build(
+    *,
+    x: float = 0.9,
+    y: float = 0.9,
+    z: float = 0.5,
+    w: float = 0.5,
+    n: int = 3,
+    kind: str = "a",
+    cells: int = 20,
+) -> Scene:
     """Build nothing.
 
     Args:
         x: one [m].
         y: other [m].
+        z: third [-].
+        w: fourth [-].
         n: number [-].
         kind: a word.
         cells: of the mesh.
@@ -48,6 +59,12 @@ def write_formulas(folder: Path, text: str = STUDY, name: str = "made_up") -> Pa
     path = folder / f"{name}.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def bowl(values: dict) -> dict:
+    """Measures with their least f at x = 0.3, y = 0.6."""
+    x, y = float(values["x"]), float(values["y"])
+    return {"f": 1.0 + (x - 0.3) ** 2 + (y - 0.6) ** 2, "g": x}
 
 
 class MadeUp:

@@ -6,12 +6,13 @@ import numpy as np
 import warp as wp
 from element_checks import whole
 from law_checks import fabric
+from scipy.optimize import minimize_scalar
 
 import warpdrape as wd
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.sliding_yarns import build_ply_sliding
 from warpdrape.interaction import Bodies, Run, Share
-from warpdrape.kernels.forces.sliding_yarns import Slide
+from warpdrape.kernels.forces.yarn_chains import Slide
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.state import start_plies
@@ -20,6 +21,9 @@ YARNS = LinearTension(46e3, 48e3)
 COUPLE = ShearPolynomial((4e-4, -8e-4, 1e-3))
 HOLD = {"slip_force_warp": 0.1, "slip_force_weft": 0.2, "stiffness_warp": 2e4}
 HOLD["stiffness_weft"] = 3e4
+FREE = {"slip_force_warp": 100.0, "slip_force_weft": 100.0, "stiffness_warp": 1e5}
+FREE["stiffness_weft"] = 1e5
+"""Crossovers that do not slip where they are only led a little."""
 
 
 def cloth(tension=YARNS, shear=COUPLE, factor=1.0, **hold):
@@ -82,3 +86,26 @@ class Led:
         left = self.of.chains.left(slides["s"])
         rate = self.step(x, slides)[1]["rate"]
         return rate * (of.inertia.numpy() + left * of.stiffness.numpy())
+
+
+def saw_tooth_yarns(law, stretched, longer):
+    """Forces of the yarns of warp and weft [N], and how high they climb [m], by brute force.
+
+    They climb h1 + h2, as high as woven; energy ½ EA l e² of either, e its strain, least over h1.
+    ``stretched``: the cell over its length as woven; ``longer``: yarn in it over that.
+    """
+    spacing = np.array([law.spacing_warp, law.spacing_weft]) * stretched
+    length = np.array(law.lengths) * longer
+    stiff, total = np.array([law.stiffness_warp, law.stiffness_weft]), sum(law.heights)
+
+    def strains(first):
+        heights = np.array([first, total - first])
+        return np.maximum(np.hypot(spacing, heights) / length - 1.0, 0.0)
+
+    found = minimize_scalar(
+        lambda h: (0.5 * stiff * length * strains(h) ** 2).sum(),
+        bounds=(0.0, total),
+        method="bounded",
+        options={"xatol": 1e-15},
+    )
+    return stiff * strains(found.x), np.array([found.x, total - found.x])

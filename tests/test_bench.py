@@ -26,20 +26,20 @@ def test_a_case_gives_a_ratio_and_shares(tmp_path):
     assert 0.0 < row["output"] < 1.0
 
 
+def loaded(name):
+    """A module of the benchmark."""
+    spec = importlib.util.spec_from_file_location(name, BENCH / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # for its dataclasses
+    spec.loader.exec_module(module)
+    return module
+
+
 def test_the_start_is_timed_to_the_first_block(tmp_path):
-    spec = importlib.util.spec_from_file_location("startup", BENCH / "startup.py")
-    startup = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(startup)
+    startup = loaded("startup")
     folder = tmp_path / "run"
     subprocess.run([sys.executable, "-c", startup.FIRST_STEP, str(folder)], check=True)
     assert (folder / "run.json").exists() and not (folder / "summary.json").exists()
-
-
-def loaded(name):
-    spec = importlib.util.spec_from_file_location(name, BENCH / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_meshes_are_as_fine_as_the_grid_and_a_zigzag_is_seen():
@@ -81,3 +81,25 @@ def test_noise_in_the_vertices_is_as_small_as_said():
     for ply, other in zip(scene.plies, noisy.plies, strict=True):
         off = np.abs(np.asarray(other.mesh.vertices) - np.asarray(ply.mesh.vertices)).max()
         assert 1e-11 < off < 0.15 * 1.01e-9
+
+
+def test_shares_that_do_not_scale_follow_from_the_times():
+    """Work of 1.04 of which 0.02 is one part's, cut 10 % unevenly, and 0.03 of waiting."""
+    scaling = loaded("scaling")
+    together = (1.04 - 0.02) / 2 * 1.1 + 0.02 + 0.03
+    times = [(2.0, 2.08, 2.0 * together)] * 3 + [(9.0, 1.0, 50.0)]  # one block that was disturbed
+    shares = scaling.shares_of(times, 0.04, triangles=100, threads=2, uneven=0.1)
+    assert shares.doubled == pytest.approx(0.04) and shares.alone == pytest.approx(0.02)
+    assert shares.waiting == pytest.approx(0.03) and shares.time == pytest.approx(together)
+    assert shares.serial == pytest.approx(2.0 * together - 1.0)  # f + (1 - f)/2 is the time
+    assert shares.faster(2) == pytest.approx(1.0 / together)
+    ideal = scaling.shares_of([(1.0, 1.0, 0.25)], 0.0, triangles=100, threads=4, uneven=0.0)
+    assert ideal.serial == pytest.approx(0.0) and ideal.faster(16) == pytest.approx(16.0)
+    assert ideal.waiting == pytest.approx(0.0)
+
+
+def test_the_shares_of_a_scene_are_measured(capsys):
+    assert loaded("scaling").main(["--cells", "6", "--blocks", "2"]) == 0
+    head, row = capsys.readouterr().out.splitlines()
+    assert "doubled" in head and row.split()[:2] == ["432", "2"]
+    assert float(row.split()[2]) > 0.0

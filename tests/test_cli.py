@@ -13,6 +13,7 @@ from study_checks import write_study
 
 import warpdrape
 from warpdrape import cli
+from warpdrape.command_line.command import UNFIT
 from warpdrape.commands.scene_library import bundled_scenes, find_script
 from warpdrape.commands.scene_parameters import read_parameters
 from warpdrape.errors import InputError
@@ -357,7 +358,7 @@ COMPUTING = {"run", "resume", "compare"}
 
 
 def test_every_command_is_tried():
-    assert {*COMMANDS, *COMPUTING} == {*cli._COMMANDS}
+    assert {*COMMANDS, *COMPUTING} == {*cli.COMMANDS}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -374,7 +375,7 @@ def test_every_command_can_be_quiet(name, pressed, tmp_path, monkeypatch, capsys
     for place, path in places.items():
         command = [word.replace(place, path) for word in command]
     status = run(*command)
-    assert status == cli.DONE or (name == "judge" and status == cli.UNFIT)
+    assert status == cli.DONE or (name == "judge" and status == UNFIT)
     assert capsys.readouterr().out
     (tmp_path / "part.py").unlink(missing_ok=True)
     assert run(*command, "-q") == status

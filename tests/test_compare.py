@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import dataclasses
 import json
 import shutil
 
@@ -11,8 +12,12 @@ import pytest
 import warpdrape.fishnet_run
 import warpdrape.simulation
 from warpdrape.approaches import APPROACHES
+from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.cli import main
 from warpdrape.commands.comparing import read_approaches, run_one
+from warpdrape.commands.finished import what_differs
+from warpdrape.commands.scene_library import find_script
+from warpdrape.defects.limits import Limits
 from warpdrape.errors import RunFailed
 from warpdrape.results.read_run import read_run
 from warpdrape.results.result import FormedPly
@@ -155,6 +160,44 @@ def copied(folder, tmp_path):
     for name in ("semi_discrete", "fishnet"):
         shutil.copytree(folder / name, tmp_path / name)
     return tmp_path
+
+
+def bent(ply):
+    """A ply whose mesh is another of as many vertices."""
+    mesh = ply.mesh
+    vertices = np.asarray(mesh.vertices) * [1.0, 1.0001]
+    return dataclasses.replace(ply, mesh=FlatMesh.from_arrays(vertices, mesh.triangles))
+
+
+def blunt(tool):
+    """A tool of as many facets, a little wider."""
+    mesh = tool.surface.mesh.copy()
+    mesh.vertices = mesh.vertices * [1.001, 1.001, 1.0]
+    return dataclasses.replace(tool, surface=dataclasses.replace(tool.surface, mesh=mesh))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda scene: {}, ""),
+        (lambda scene: {"limits": Limits(shear_deg=40.0)}, "a run with other limits"),
+        (lambda scene: {"self_contact": False}, "a run with other self"),
+        (lambda scene: {"plies": [bent(scene.plies[0])]}, "a run with other plies"),
+        (
+            lambda scene: {"plies": [dataclasses.replace(scene.plies[0], warp_angle=0.1)]},
+            "a run with other plies",
+        ),
+        (
+            lambda scene: {"tools": [*scene.tools[:-1], blunt(scene.tools[-1])]},
+            "a run with other tools",
+        ),
+    ],
+)
+def test_a_run_of_a_scene_that_differs_in_one_thing(folder, change, words):
+    """What no parameter tells: a mesh that a script reads, limits that it states."""
+    scene = find_script("hemisphere").make(["cells=6", "duration=0.005"])
+    scene = dataclasses.replace(scene, **change(scene))
+    assert what_differs(folder / "semi_discrete", scene, frames=3, device="cpu") == words
 
 
 def test_overwrite_replaces_what_differs_only(copied):

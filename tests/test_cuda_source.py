@@ -10,6 +10,7 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from warpdrape import kernels
 from warpdrape.forces.hypoelastic import _kernels
 from warpdrape.forces.membrane import _yarn_kernels
+from warpdrape.forces.sliding_chains import _made
 from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.bending import add_bending_forces
 from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
@@ -74,6 +75,16 @@ def test_the_kernels_of_stress_as_a_state_compile(rows, tmp_path):
     tension, _, shear, _, *structs = membrane_functions(fabric(*TENSIONS["linear"][:1]))
     for number, kernel in enumerate(_kernels(rows, tension, shear, *structs, True)):
         assert compiled(kernel.module, tmp_path / str(number)) > 1000
+
+
+@pytest.mark.parametrize("tension", TENSIONS)
+def test_the_kernels_of_yarns_that_slide_compile(tension, tmp_path):
+    law, cell = TENSIONS[tension]
+    cloth = fabric(law, SHEARS["polynomial"], **({"cell": cell} if cell else {}))
+    pull, energy, _, _, struct, _ = membrane_functions(cloth)
+    made = _made(pull, energy, struct)
+    for kernel in (made.pull, made.slide, made.measure_bars, made.measure_slides):
+        assert compiled(kernel.module, tmp_path / kernel.key) > 1000
 
 
 def test_the_kernel_of_bending_compiles(tmp_path):

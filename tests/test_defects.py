@@ -225,6 +225,7 @@ def test_a_run_writes_its_defects(tmp_path):
     assert set(entry["defects"]) == {
         "wrinkles",
         "bridging",
+        "cavities",
         "shear",
         "yarns",
         "draw_in",

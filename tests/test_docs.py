@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 import warpdrape as wd
-from warpdrape.commands.arguments import build_parser
+from warpdrape.cli import build_parser
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]
-PAGES += sorted((ROOT / "docs").glob("*.md"))
+PAGES += sorted((ROOT / "docs").rglob("*.md"))
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 
@@ -50,6 +50,19 @@ def test_links_lead_somewhere(page):
         if section:
             headings = re.findall(r"^#+ (.*)$", target.read_text("utf-8"), re.MULTILINE)
             assert section in map(anchor, headings), f"{page.name}: {link}"
+
+
+def test_every_page_is_found_from_the_first():
+    first = ROOT / "docs" / "README.md"
+    found, ahead = {first}, [first]
+    while ahead:
+        page = ahead.pop()
+        links = (link.partition("#")[0] for link in LINK.findall(page.read_text("utf-8")))
+        for target in ((page.parent / link).resolve() for link in links if link.endswith(".md")):
+            if target.is_file() and target.is_relative_to(ROOT / "docs") and target not in found:
+                found.add(target)
+                ahead.append(target)
+    assert not {*(ROOT / "docs").rglob("*.md")} - found
 
 
 def test_the_page_on_a_package_index_has_no_link_that_only_a_checkout_can_follow():

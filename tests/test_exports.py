@@ -308,13 +308,20 @@ def test_the_command_writes_into_the_run_folder(pressed, tmp_path, capsys):
     assert "--frame x must be a whole number" in capsys.readouterr().err
     assert wd.read_run(run).completed  # the run is as it was
     assert [f for f in Path(run, "export").iterdir()] == [written]
-    for text in (written.read_text("utf-8"), "of another run"):
-        aside = run / "export_of_the_run_before"
+    kept = {}
+    for text, number in (
+        (written.read_text("utf-8"), ""),
+        ("another run's", "_2"),
+        ("third", "_3"),
+    ):
+        aside = run / f"export_of_the_run_before{number}"
         with pytest.warns(UserWarning, match=f"exports of the run before are in {aside} now"):
             RunFolder(run, overwrite=True).begin()
+        kept[aside] = text
         assert not (run / "export").exists()
-        assert [f.name for f in aside.iterdir()] == ["triangles.csv"]
-        assert (aside / "triangles.csv").read_text("utf-8") == text
+        for place, was in kept.items():  # nothing is lost, however often
+            assert [f.name for f in place.iterdir()] == ["triangles.csv"]
+            assert (place / "triangles.csv").read_text("utf-8") == was
         (run / "summary.json").write_text("{}")
         (run / "export").mkdir()
-        written.write_text("of another run")
+        written.write_text("another run's" if not number else "third")

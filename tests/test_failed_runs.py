@@ -3,13 +3,22 @@
 import csv
 import json
 import math
+import re
+from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pxr import Usd
 
+import warpdrape as wd
 from warpdrape import cli
+from warpdrape.dynamics.energy import measure
+from warpdrape.dynamics.loading import Loading
+from warpdrape.dynamics.stepping import Stepper
+from warpdrape.growth import OF_CONTACTS, why_it_grew
 from warpdrape.scenes import hemisphere
+from warpdrape.simulation import prepare
 from warpdrape.timing import choose_step
 
 SMALL = {"cells": 6, "duration": 0.005, "accuracy": "reference", "brake": 0.3}
@@ -48,6 +57,60 @@ def test_energy_from_nowhere(tmp_path, capsys, monkeypatch):
     assert "energy grew without work at 0 ms" in complaint
     assert "in ply 'ply_0', triangle" in complaint
     assert json.loads((tmp_path / "summary.json").read_text())["status"] == "failed"
+
+
+def overrun(monkeypatch, times):
+    """Take so many times the step that is stable."""
+    monkeypatch.setattr(
+        "warpdrape.timing.choose_step", lambda scene, stable: times * choose_step(scene, stable)
+    )
+
+
+def loose(scene, safety=1.0):
+    """Without what holds yarns still at their corner."""
+    numerics = {"yarn_softening": 1.0, "minimum_time_step": None, "yarn_viscosity": 0.0}
+    return replace(scene, numerics=replace(scene.numerics, safety=safety, **numerics))
+
+
+def test_energy_that_grows_is_named_and_the_advice_helps(monkeypatch):
+    overrun(monkeypatch, 2.6)
+    press = hemisphere.build(cells=8, duration=0.01)
+    message = loose(press).run(quiet=True, frames=20).summary["message"]
+    assert "energy grew without work" in message and "lower safety" in message
+    assert re.search(r"what is fastest is (pressed by tool|touching nothing)", message)
+    assert "most of the energy came as " in message
+    assert loose(press, safety=0.4).run(quiet=True, frames=3).completed
+
+
+def test_growth_is_laid_to_the_tools_that_press_there():
+    scene = hemisphere.build(cells=8, duration=1e-4)
+    model, state = prepare(scene, "cpu", 1)
+    with closing(Stepper(model, state, 1)) as stepper:
+        stepper.begin(Loading(model.scene, model.timing).stretch(1))
+        for _ in range(60):
+            stepper.block()
+    measured = measure(model, state)
+    pressed = sum(each.pressing.get("tool_pressure", 0.0) for each in measured) > 0.0
+    names = [f"tool {tool.name!r}" for tool in scene.tools]
+    for vertex in (int(np.argmax(pressed.sum(axis=0))), int(np.argmin(pressed.sum(axis=0)))):
+        said = why_it_grew(scene, {"motion": 1.0, "energy of contacts": 0.5}, measured, 0, vertex)
+        touching = [name for row, name in enumerate(names) if pressed[row, vertex]]
+        assert [name for name in names if name in said] == touching
+        assert ("touching nothing" in said) == (not touching)
+        assert ("contact_share" in said) == bool(touching)
+    assert "refine ply 'ply_0'" in why_it_grew(scene, {OF_CONTACTS[0]: 1.0}, measured, 0, vertex)
+
+
+@pytest.mark.parametrize(("times", "words"), [(2.4, "energy grew without"), (4.0, "blew up")])
+def test_without_tools_nothing_is_laid_to_contact(times, words, monkeypatch):
+    overrun(monkeypatch, times)
+    sheet = wd.Ply.rectangle("sheet", "carbon_interlock", 0.1, cells=4)
+    held = wd.Clamp(name="held", ply="sheet", where=lambda points: points[:, 0] < -0.049)
+    scene = wd.Scene(name="flag", plies=[sheet], clamps=[held], gravity=(0, 0, -9.81), duration=0.1)
+    message = loose(scene).run(quiet=True, frames=1000).summary["message"]
+    assert words in message and "; lower safety" in message
+    assert "contact" not in message and "tool" not in message
+    assert loose(scene, safety=0.25).run(quiet=True, frames=10).completed
 
 
 def test_a_number_that_is_not_finite_never_reaches_the_files(tmp_path, capsys, monkeypatch):

@@ -5,16 +5,19 @@ import math
 import numpy as np
 import pytest
 import warp as wp
-from element_checks import SIZE, forces, membrane_of, rotations
+from element_checks import SIZE, forces, membrane_of, rotations, whole
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 from test_membrane import CURVE, INTERLOCK, SOFT, STIFF, blank, shaken
 
 from warpdrape.blanks.triangles import highest_frequency_squared
 from warpdrape.forces import fibre_frame, green_naghdi
+from warpdrape.forces.hypoelastic import build_stressed
 from warpdrape.forces.membrane import flat_gradients
+from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_couples, sample_tensions
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension
+from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
 from warpdrape.verification.hypoelastic import dienes_stress
 from warpdrape.verification.led_sheet import ROWS, LedSheet, loop, pair_of, trellis
@@ -303,3 +306,20 @@ def test_forces_leave_other_vertices_alone(device):
     led.membrane.launch(0, led.membrane.patches, at, led.memory, f)(device)
     again = LedSheet(ply, "green_naghdi", device).to(x)
     np.testing.assert_allclose(f.numpy() - (1.0, 2.0, 3.0), again, atol=1e-10)
+
+
+@pytest.mark.parametrize(("rows", "owed"), [(fibre_rows, 2e-3), (polar_rows, 1e-3)])
+def test_softening_is_not_blamed_for_yarns_that_are_longer_without_a_tension(rows, owed):
+    """Strain that tension owes, at most; the other approach's yarns have what the card says."""
+    ply = pair_of(fabric(STIFF, INTERLOCK))
+    scene = Scene(name="pair", plies=[ply], duration=1.0, numerics=Numerics(yarn_softening=36.0))
+    span = whole(ply)
+    membrane = build_stressed(scene, (span,), "cpu", rows)
+    strain = np.full((span.triangle_count, 2), 2e-3 if rows is fibre_rows else 0.14)
+    carried = owed * MODULI / 36.0
+    fields = {"strain": strain, "line_tension": np.broadcast_to(carried, strain.shape)}
+    history = {"internal_j": np.ones(2), "yarn_j": np.zeros(2)}
+    found, warnings = membrane.entries(history, [fields])
+    assert found["softening_strain"] == pytest.approx(owed * (1.0 - 1.0 / 36.0))
+    assert not any("softened yarns" in words for words in warnings)
+    assert any("did not turn with the yarns" in words for words in warnings) == (owed < 2e-3)

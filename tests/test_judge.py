@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from warpdrape import InputError, cli
-from warpdrape.defects.limits import Limits, limits_entry, limits_of, read_limits
+from warpdrape.command_line.command import UNFIT
+from warpdrape.defects.limits import (
+    Limits,
+    limits_entry,
+    limits_of,
+    read_limits,
+    read_thresholds,
+)
+from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.results.defect_text import judgement_lines
 from warpdrape.results.judgement import judge, not_judged, verdict
 from warpdrape.results.run_folder import JUDGEMENT
@@ -161,6 +169,10 @@ def test_the_file_of_the_documents_can_be_read(tmp_path):
     file.write_text(page.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
     limits = read_limits(file)
     assert limits.bridge_gap == pytest.approx(5e-4) and limits.coverage == {"punch": 0.4}
+    file.write_text(page.split("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    thresholds = read_thresholds(file, DefectThresholds())
+    assert (thresholds.longest_wrinkle, thresholds.cavity_room) == (0.4, 5)
+    assert read_limits(file).wrinkle_amplitude == 1e-3
 
 
 def test_judging_a_run_folder(tmp_path, capsys):
@@ -172,7 +184,7 @@ def test_judging_a_run_folder(tmp_path, capsys):
     limits = tmp_path / "limits.toml"
     limits.write_text("coverage = {punch = 0.9}\nshear_deg = 0.001\n")
     picture = tmp_path / "marked.png"
-    assert cli.main(["judge", str(folder), str(limits), "--out", str(picture)]) == cli.UNFIT == 3
+    assert cli.main(["judge", str(folder), str(limits), "--out", str(picture)]) == UNFIT == 3
     said, _ = capsys.readouterr()
     assert said.startswith("Unfit: 2 defects") and picture.is_file()
     assert len(read_history(folder)["time_s"]) == 3

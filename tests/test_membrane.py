@@ -32,7 +32,7 @@ from warpdrape.materials.law_data import (
 )
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
 from warpdrape.numerics import Numerics
-from warpdrape.results.result import yarn_state
+from warpdrape.results.snapshot import yarn_state
 
 STIFF = LinearTension(46e3, 48e3)
 SOFT = LinearTension(1.0, 1.2)  # so that shear is not lost beside the yarns

@@ -3,19 +3,16 @@
 import csv
 import json
 import math
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
-from optimise_checks import STUDY, MadeUp, optimised, write_formulas
+from optimise_checks import STUDY, bowl, optimised, write_formulas
 
-from warpdrape.cli import main
 from warpdrape.errors import InputError
 from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.answer import (
     Candidate,
+    Noise,
     candidates_of,
     gain_of,
     history_of,
@@ -28,24 +25,14 @@ from warpdrape.optimisation.book import (
     REPEAT,
     SEARCH,
     START,
-    Book,
     Trial,
 )
 from warpdrape.optimisation.cost import coarse_cost, spent
-from warpdrape.optimisation.optimise_file import read_optimisation
 from warpdrape.optimisation.report import write_report
-from warpdrape.optimisation.runner import Runner
-from warpdrape.optimisation.slopes import find_slopes, slopes_text, write_slopes
 from warpdrape.optimisation.words import answer_text
-from warpdrape.studies.folder import StudyFolder
 
 TPE = STUDY + 'method = "tpe"\nrepeats = []\n'
 """Quick to be asked."""
-
-
-def bowl(values):
-    x, y = float(values["x"]), float(values["y"])
-    return {"f": 1.0 + (x - 0.3) ** 2 + (y - 0.6) ** 2, "g": x}
 
 
 def number_of(runner, kind):
@@ -278,27 +265,30 @@ def test_noise_is_what_neither_settings_nor_repeats_explain():
     table = random.normal(0, 3, (runs, 1)) + random.normal(0, 2, (1, meshes))
     table = table + random.normal(0, 0.5, (runs, meshes))
     group = [candidate(0.0, *row) for row in table]
-    assert noise_of(group, 0) == pytest.approx(0.5, rel=0.1)
+    found = noise_of(group, 0)
+    assert found.deviation == pytest.approx(0.5, rel=0.1) and found.freedom == 39 * 4
     exact = [candidate(0.0, 1.0, 2.0, 4.0), candidate(0.0, 3.0, 4.0, 6.0)]
-    assert noise_of(exact, 0) == pytest.approx(0.0, abs=1e-12)
+    assert noise_of(exact, 0).deviation == pytest.approx(0.0, abs=1e-12)
     cross = [candidate(0.0, 1.0, 0.0), candidate(0.0, 0.0, 1.0)]
-    assert noise_of(cross, 0) == pytest.approx(1.0)  # residuals ±1/2, one degree of freedom
-    assert math.isnan(noise_of([candidate(0.0, 1.0)], 0)) and math.isnan(noise_of([], 0))
+    assert noise_of(cross, 0) == Noise(pytest.approx(1.0), 1)  # residuals ±1/2
+    assert not noise_of([candidate(0.0, 1.0)], 0).known and not noise_of([], 0).known
 
 
 def test_gain_is_told_with_its_doubt():
-    gain = gain_of(candidate(30.0, 33.0, 35.0), candidate(40.0, 42.0, 43.0), 0, 1.7)
+    better, start, noise = candidate(30.0, 33.0, 35.0), candidate(40.0, 42.0, 43.0), Noise(1.7, 9)
+    gain = gain_of(better, start, 0, noise)
     assert gain.single == pytest.approx(0.25)
     assert gain.repeated == pytest.approx(8.5 / 42.5)
     assert gain.error == pytest.approx(1.7 / 42.5) and gain.certain is True
-    assert (
-        gain_of(candidate(30.0, 41.0, 42.0), candidate(40.0, 42.0, 43.0), 0, 1.7).certain is False
-    )
-    bare = gain_of(candidate(3.0), candidate(4.0), 0, math.nan)
+    assert gain_of(candidate(30.0, 41.0, 42.0), start, 0, noise).certain is False
+    twice = Noise(8.5 / 2.5, 1)  # 2.5 standard errors: sure of many runs, and not of two
+    assert gain_of(better, start, 0, twice).certain is False
+    assert gain_of(better, start, 0, Noise(8.5 / 2.5, 60)).certain is True
+    bare = gain_of(candidate(3.0), candidate(4.0), 0, Noise())
     assert bare.single == 0.25 and math.isnan(bare.repeated) and bare.certain is None
-    larger = gain_of(candidate(-5.0), candidate(-4.0), 0, math.nan)  # of what is to be large
+    larger = gain_of(candidate(-5.0), candidate(-4.0), 0, Noise())  # of what is to be large
     assert larger.single == pytest.approx(0.25)
-    assert math.isnan(gain_of(candidate(-1.0), candidate(0.0), 0, math.nan).single)
+    assert math.isnan(gain_of(candidate(-1.0), candidate(0.0), 0, Noise()).single)
 
 
 def test_limits_that_break_in_a_repeat_put_a_run_behind(tmp_path):
@@ -354,148 +344,3 @@ def test_the_report_says_what_was_gained(tmp_path):
     ):
         assert words in page, words
     assert page.count("data:image/png") == 2 and "http" not in page
-
-
-SMOOTH = STUDY.replace("runs = 24", "runs = 24\nstart = { x = 0.4, y = 0.98 }")
-
-
-def test_slopes_are_the_derivatives_and_those_of_jumps_are_not_trusted(tmp_path):
-    def formula(values):
-        x, y = float(values["x"]), float(values["y"])
-        return {"f": x**2 + 3.0 * y + 0.3 * (int(23 * x) % 2), "g": x**3 - 2.0 * y**2}
-
-    text = SMOOTH + "[optimise.constraints]\ng = { most = 9 }\n"
-    folder = StudyFolder(tmp_path / "o")
-    folder.take()
-    book = Book(read_optimisation(write_formulas(tmp_path, text)), folder)
-    hands = MadeUp(folder, formula)
-    slopes = {(s.parameter, s.measure): s for s in find_slopes(Runner(book, hands))}
-    folder.release()
-    assert len(hands.done) == 8
-    assert slopes["x", "g"].narrow == pytest.approx(3 * 0.4**2, abs=1e-3)
-    assert slopes["x", "g"].wide == pytest.approx(3 * 0.4**2 + 0.05**2)
-    assert slopes["y", "g"].narrow == pytest.approx(-4.0 * 0.95)  # moved in from the end
-    assert slopes["y", "f"].wide == pytest.approx(3.0)
-    trusted = {key for key, slope in slopes.items() if slope.trusted}
-    assert trusted == {("x", "g"), ("y", "g"), ("y", "f")}
-    words = slopes_text(list(slopes.values()))
-    assert words.count("not to be trusted") == 1
-    with write_slopes(tmp_path, list(slopes.values())).open(encoding="utf-8") as file:
-        assert [row["trusted"] for row in csv.DictReader(file)] == ["0", "1", "1", "1"]
-
-
-def test_slopes_of_what_has_none(tmp_path):
-    def slopes(text, name, formula=bowl):
-        folder = StudyFolder(tmp_path / name)
-        folder.take()
-        book = Book(read_optimisation(write_formulas(tmp_path, text)), folder)
-        found = find_slopes(Runner(book, MadeUp(folder, formula)))
-        folder.release()
-        return found
-
-    with pytest.raises(InputError, match="outside of where is looked"):
-        slopes(STUDY.replace("runs", "start = { x = 2 }\nruns"), "a")
-    with pytest.raises(InputError, match="whole numbers or words"):
-        slopes(STUDY.replace("range = [0, 1]", "values = [0.1, 0.9]"), "b")
-    assert not any(s.trusted for s in slopes(STUDY, "c", lambda _: None))
-
-
-TINY = """
-scene = "hemisphere"
-[set]
-cells = 4
-facet = "10mm"
-duration = "2ms"
-travel = "20mm"
-[run]
-frames = 3
-[parameters.holder_force]
-log_range = ["20 N", "2 kN"]
-[parameters.friction]
-range = [0.1, 0.3]
-[measures]
-force = "history.punch_force_n.max"
-[optimise]
-minimise = "force"
-quasi_static = false
-runs = 4
-batch = 3
-repeats = [{ cells = 5 }]
-finalists = 1
-"""
-
-
-def test_command_from_start_to_end(tmp_path, capsys):
-    path = tmp_path / "tiny.toml"
-    path.write_text(TINY, encoding="utf-8")
-    out = str(tmp_path / "o")
-    command = ["optimise", str(path), "--out", out, "--workers", "1"]
-    assert main([*command, "--plan"]) == 0
-    plan = capsys.readouterr().out
-    assert "least force of hemisphere" in plan and "20 to 2000 N by its logarithm" in plan
-    assert "start: holder_force 100 N, friction 0.2" in plan and not (tmp_path / "o").exists()
-    assert main(command) == 0
-    shown = capsys.readouterr()
-    assert "10 completed" in shown.out and "best settings, run" in shown.out
-    assert "4 of 4 runs; best" in shown.err
-    for name in ("report.html", "table.csv", "answer.json", "convergence.png", "field.png"):
-        assert (tmp_path / "o" / name).is_file()
-    data = json.loads((tmp_path / "o" / "answer.json").read_text("utf-8"))
-    best = data["search"][0]
-    run = json.loads(
-        (tmp_path / "o" / "runs" / f"{best['run']:05d}" / "run.json").read_text("utf-8")
-    )
-    assert run["parameters"]["holder_force"] == best["settings"]["holder_force"]
-    again = json.loads((tmp_path / "o" / "runs" / "00007" / "run.json").read_text("utf-8"))
-    assert again["parameters"]["cells"] == 5  # a repeat of the start
-    assert main([*command, "--quiet"]) == 0  # nothing is left to be done
-    assert main([*command, "--seed", "2"]) == 2
-    assert "another [optimise]" in capsys.readouterr().err
-    assert main(["study", str(path)]) == 2
-    assert "run it with warpdrape optimise" in capsys.readouterr().err
-
-
-def test_command_refuses_what_makes_no_sense(tmp_path, capsys):
-    path = tmp_path / "tiny.toml"
-    path.write_text(TINY, encoding="utf-8")
-    for options, words in (
-        (["--workers", "0"], "--workers 0 must be 1 or more"),
-        (["--seed", "x"], "--seed x must be a whole number"),
-        (["--workers", "1", "--scheduler", "tcp://a:1"], "not both"),
-    ):
-        assert main(["optimise", str(path), *options]) == 2
-        assert words in capsys.readouterr().err
-    path.write_text(TINY.partition("[optimise]")[0], encoding="utf-8")
-    assert main(["optimise", str(path)]) == 2
-    assert "no [optimise]: say what is to be best" in capsys.readouterr().err
-
-
-def test_what_a_method_needs_is_said(tmp_path, monkeypatch, capsys):
-
-    path = tmp_path / "tiny.toml"
-    path.write_text(TINY + 'method = "tpe"\n', encoding="utf-8")
-    monkeypatch.setitem(sys.modules, "optuna", None)
-    assert main(["optimise", str(path), "--out", str(tmp_path / "o")]) == 2
-    assert "pip install 'warpdrape[optimise]'" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_an_optimisation_that_is_killed_goes_on(tmp_path):
-    path = tmp_path / "tiny.toml"
-    path.write_text(TINY, encoding="utf-8")
-    command = ["optimise", str(path), "--workers", "1", "--quiet"]
-    argv = [sys.executable, "-m", "warpdrape", *command, "--out", str(tmp_path / "cut")]
-    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.DEVNULL)
-    outcomes = tmp_path / "cut" / "outcomes"
-    until = time.monotonic() + 300.0
-    while len(list(outcomes.glob("*.json"))) < 3 and time.monotonic() < until:
-        time.sleep(0.02)
-    process.kill()
-    process.wait()
-    assert 3 <= len(list(outcomes.glob("*.json"))) < 10
-    for name in ("cut", "whole"):
-        assert main([*command, "--out", str(tmp_path / name)]) == 0
-    plans = [json.loads((tmp_path / n / "plan.json").read_text("utf-8")) for n in ("cut", "whole")]
-    assert plans[0]["trials"] == plans[1]["trials"]
-    answers = [(tmp_path / n / "answer.json").read_text("utf-8") for n in ("cut", "whole")]
-    assert answers[0] == answers[1]

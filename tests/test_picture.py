@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from pxr import Sdf, Usd, Vt
 from synthetic_run import ANGLES_DEG, blank, frame_of, frames_at, saddle, write_run
 
 from warpdrape.errors import InputError
@@ -144,6 +145,61 @@ def test_clear_errors(run, tmp_path):
     refuse("top = 0 ° must be above zero", run, top=0)
     refuse("cannot be written .* ending in .png", run, out=tmp_path / "a.docx")
     assert draw_ply(run / "scene.usdc", out=tmp_path / "b.png").is_file()
+
+
+def spoil(path, change):
+    """Change a prim's attributes in a USD file."""
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    change(Usd.Stage.Open(layer))
+    layer.Save()
+
+
+def set_at(prim, name, value, time=None):
+    def change(stage):
+        attribute = stage.GetPrimAtPath(f"/World/{prim}").GetAttribute(name)
+        time is None or attribute.Set(value, time)
+        time is not None or attribute.Set(value)
+
+    return change
+
+
+def spoil_point(stage):
+    attribute = stage.GetPrimAtPath("/World/plies/ply_1").GetAttribute("points")
+    values = np.array(attribute.Get(3))
+    values[5, 2] = np.nan
+    attribute.Set(Vt.Vec3fArray.FromNumpy(values), 3)
+
+
+def refer(stage):
+    stage.GetRootLayer().subLayerPaths.append("other.usda")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (spoil_point, "ply_1: points has shape (49, 3), not finite"),
+        (set_at("plies/ply_1", "faceVertexIndices", [0, 1, 99] * 72), "of vertices that it lacks"),
+        (set_at("plies/ply_1", "faceVertexIndices", [0, 1, 2] * 7), "has shape (72,), not"),
+        (set_at("plies/ply_1", "primvars:warp", [(1, 0, 0)] * 3, 3), "warp has shape (3, 3), not"),
+        (set_at("plies/ply_1", "primvars:restPoints", [(1, 0, 0)]), "of vertices that it lacks"),
+        (set_at("plies/ply_1", "primvars:shearAngle", [1.0], 3), "shearAngle has shape (1,)"),
+        (set_at("tools/punch_no__1", "points", []), "punch_no__1: points is empty"),
+        (
+            set_at("plies/ply_1", "primvars:restPoints", [(9, 0, 0)] * 50),
+            "points has shape (49, 3)",
+        ),
+        (set_at("tools/punch_no__1", "faceVertexIndices", [0, 1, 4]), "vertices that it lacks"),
+        (refer, "refers to another file, other.usda"),
+    ],
+)
+def test_a_damaged_file_is_told_and_nothing_drawn(change, words, tmp_path):
+    run = write_run(tmp_path / "run").path
+    (tmp_path / "run" / "other.usda").write_text('#usda 1.0\ndef "World" {}\n')
+    spoil(run / "scene.usdc", change)
+    with pytest.raises(InputError) as refused:
+        draw_ply(run, tools=True)
+    assert words in str(refused.value) and str(run / "scene.usdc") in str(refused.value)
+    assert "\n" not in str(refused.value) and not list(run.glob("*.png"))
 
 
 def test_other_fields_are_drawn_under_their_own_names(run, tmp_path):

@@ -14,7 +14,7 @@ from warpdrape.interaction import bodies_of
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.picture import draw_ply
 from warpdrape.results.quantities import QUANTITIES
-from warpdrape.results.result import read_plies
+from warpdrape.results.snapshot import read_plies
 from warpdrape.results.usd_reader import read_scene
 
 FORCE, SIDE, THICKNESS = 50.0, 0.06, 6e-4

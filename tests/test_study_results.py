@@ -17,7 +17,7 @@ from warpdrape.studies.maps import map_runs, triangles_at
 from warpdrape.studies.measures import Measure, read_measures
 from warpdrape.studies.pictures import draw_effects, draw_indices, draw_pairs
 from warpdrape.studies.progress import StudyProgress
-from warpdrape.studies.study_file import MapOptions
+from warpdrape.studies.study import MapOptions
 from warpdrape.studies.table import write_table
 
 SUMMARY = {

@@ -6,6 +6,7 @@ import math
 import re
 import runpy
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,14 @@ import pytest
 
 from warpdrape import cli
 from warpdrape.calibration.card_file import fabric_of
-from warpdrape.commands.arguments import build_parser
+from warpdrape.cli import build_parser
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import ShearTable, TabulatedTension
 from warpdrape.materials.spline import fit_energy
+from warpdrape.results.run_record import versions
 from warpdrape.scenes import picture_frame
-from warpdrape.unit_cell.card import areal_density, thickness
+from warpdrape.unit_cell.card import areal_density, card_tables, thickness
 from warpdrape.unit_cell.cell_file import ASSUMED, known_names, read_cell
 from warpdrape.unit_cell.command import run_unit_cell, simulate, understood
 from warpdrape.unit_cell.equilibrium import settle
@@ -91,6 +93,21 @@ def test_the_cards_tables_are_the_cells(made):
     rest = settle(model, np.array(strain), tension=(2.0, 2.0))
     couple = fabric.shear.couple(math.radians(20.0))
     assert couple == pytest.approx(rest.couple + rest.friction, rel=1e-3)
+
+
+def test_a_couple_that_falls_is_kept_level_and_the_card_says_so(found):
+    curve = found.curve
+    middle = len(curve.angles) // 2
+    elastic = curve.elastic.copy()
+    elastic[middle] = -curve.friction[middle] + 0.5 * curve.couples[middle - 1]
+    for given, said in ((curve, False), (replace(curve, elastic=elastic), True)):
+        tables = card_tables(found.plan, found.table, given, versions())["shear"]["couples"]
+        couples = np.array(tables["value"])
+        assert (np.diff(couples) >= 0.0).all() and couples[0] == 0.0
+        assert ("the simulated couple falls" in tables["doubt"]) == said
+    assert couples[middle] == pytest.approx(1e3 * curve.couples[middle - 1], rel=1e-3)
+    by = 100 * 0.5 * curve.couples[middle - 1] / curve.couples.max()
+    assert f"by {by:.2g} % of its largest" in tables["doubt"]
 
 
 def test_what_lies_beside_the_card(made):

@@ -9,6 +9,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 from warpdrape.errors import InputError
 from warpdrape.scenes import cusick_drape
+from warpdrape.verification.fully_wrinkled import SHAPES, SqueezedSheet
 from warpdrape.verification.wrinkling import (
     FOLD,
     LENGTH,
@@ -29,6 +30,57 @@ def test_a_stretched_sheet_wrinkles_first_at_the_closed_form():
     found = minimize_scalar(squeeze, bounds=(0.01, 0.1), method="bounded", options={"xatol": 1e-9})
     # the closed form leaves out the bending along the sheet: B q²/T of k⁴
     assert wavelength(bending, tension, length) == pytest.approx(found.x, rel=1e-3)
+
+
+SHEET = SqueezedSheet(bending=6e-5, tension=100.0, stiffness=1e4, length=0.09)
+
+
+def test_far_from_the_threshold_slopes_are_those_of_the_energy():
+    amplitudes = 1e-4 * np.random.default_rng(1).standard_normal(SHAPES)
+    step, k, squeeze = 1e-9, 200.0, 3e-3
+    _, slopes = SHEET.energy(amplitudes, k, squeeze)
+    for j in range(SHAPES):
+        ends = []
+        for side in (1.0, -1.0):
+            moved = amplitudes.copy()
+            moved[j] += side * step
+            ends.append(SHEET.energy(moved, k, squeeze)[0])
+        assert slopes[j] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-4)
+    assert np.abs(slopes).min() > 1e-3
+
+
+def test_far_from_the_threshold_the_energy_is_that_of_the_wave():
+    """By sums over x and y of a wave's own curvature, slope and compression."""
+    amplitudes, k, squeeze = np.zeros(SHAPES), 200.0, 3e-3
+    amplitudes[:2] = 3e-4, 1e-4
+    n = 400
+    x = (np.arange(n) + 0.5) / n * SHEET.length
+    y = (np.arange(n) + 0.5) / n * 2.0 * math.pi / k
+    orders = math.pi / SHEET.length * np.array([1.0, 3.0])
+    f = np.sin(np.outer(x, orders)) @ amplitudes[:2]
+    slope = (np.cos(np.outer(x, orders)) * orders) @ amplitudes[:2]
+    curved = -(np.sin(np.outer(x, orders)) * orders**2) @ amplitudes[:2]
+    wave = np.cos(k * y)
+    bend = 0.5 * SHEET.bending * np.mean(np.outer(curved - k**2 * f, wave) ** 2)
+    pull = 0.5 * SHEET.tension * np.mean(np.outer(slope, wave) ** 2)
+    taken = 0.5 * np.mean(np.outer(f, k * np.sin(k * y)) ** 2, axis=1)
+    left = 0.5 * SHEET.stiffness * np.mean((squeeze - taken) ** 2)
+    assert SHEET.energy(amplitudes, k, squeeze)[0] == pytest.approx(bend + pull + left, rel=1e-4)
+
+
+def test_just_beyond_the_threshold_the_wave_is_the_closed_form_s_and_then_shorter():
+    closed = wavelength(SHEET.bending, SHEET.tension, SHEET.length)
+    first = 2.0 * math.pi / SHEET.first_wave_number
+    assert first == pytest.approx(closed, rel=1e-3)
+    assert SHEET.wavelength(0.9 * SHEET.threshold) == first
+    waves = [SHEET.wavelength(times * SHEET.threshold) for times in (1.01, 2.0, 7.0, 15.0)]
+    assert waves[0] == pytest.approx(first, rel=1e-3)
+    assert waves == sorted(waves, reverse=True)
+    assert waves[2] == pytest.approx(0.90 * first, rel=0.01)
+    # a sheet that is flat below the threshold, and no longer above it
+    k, flat = SHEET.first_wave_number, 1.0
+    assert SHEET.least_energy(k, 0.99 * SHEET.threshold) == pytest.approx(flat, abs=1e-6)
+    assert SHEET.least_energy(k, 1.2 * SHEET.threshold) < flat - 1e-3
 
 
 def test_a_flange_folds_at_the_closed_form_with_the_exact_shape_of_its_waves():
@@ -77,6 +129,8 @@ def test_folds_of_an_outline_are_counted():
     for number in (2, 5, 8):
         outline = 0.12 + 0.01 * np.cos(number * at + 0.4) + 1e-3 * np.cos(40 * at)
         assert cusick_drape.count_folds(outline, 0.06) == number
+        moved = outline + 0.02 * np.cos(at)  # a specimen that hangs to one side
+        assert cusick_drape.strongest_wave(moved) == number
     assert cusick_drape.count_folds(np.full(720, 0.15), 0.06) == 0
 
 

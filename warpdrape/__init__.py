@@ -30,9 +30,11 @@ if TYPE_CHECKING:
     from warpdrape.numerics import Numerics
     from warpdrape.results.net_picture import net_picture
     from warpdrape.results.read_run import read_run
+    from warpdrape.results.remeasure import remeasure
     from warpdrape.results.result import Result
     from warpdrape.scene import Scene
     from warpdrape.setup import Clamp
+    from warpdrape.tools.air import Air
     from warpdrape.tools.floating import Float
     from warpdrape.tools.motion import Path, Stages, Still, Stroke
     from warpdrape.tools.mould import Mould
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from warpdrape.tools.turn import Turn
 
 __all__ = [
+    "Air",
     "Bending",
     "BendingCurve",
     "Clamp",
@@ -77,12 +80,14 @@ __all__ = [
     "load_friction",
     "net_picture",
     "read_run",
+    "remeasure",
     "stack_top",
     "suggest_darts",
     "units",
 ]
 
 _HOME = {
+    "Air": "tools.air",
     "Bending": "materials.bending",
     "BendingCurve": "materials.bending",
     "Compaction": "materials.compaction",
@@ -118,6 +123,7 @@ _HOME = {
     "net_picture": "results.net_picture",
     "load_friction": "materials.friction_file",
     "read_run": "results.read_run",
+    "remeasure": "results.remeasure",
     "stack_top": "blanks.ply",
     "suggest_darts": "fishnet.darts",
 }

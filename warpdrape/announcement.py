@@ -7,7 +7,7 @@ import psutil
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.phases import time_phases
 from warpdrape.results.progress import in_words
-from warpdrape.results.result import shown_at_vertices, shown_of_defects
+from warpdrape.results.snapshot import shown_at_vertices, shown_of_defects
 from warpdrape.state import State
 
 RATE = 4e6

@@ -27,16 +27,10 @@ from warpdrape.results.defects import DefectWatch, defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.frame_data import PlyShape
 from warpdrape.results.history import tool_angles, tool_axis, tool_ways
-from warpdrape.results.result import (
-    FormedPly,
-    Result,
-    place_tools,
-    shown_of_defects,
-    tool_shape,
-    yarn_state,
-)
+from warpdrape.results.result import FormedPly, Result
 from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
 from warpdrape.results.run_record import run_record
+from warpdrape.results.snapshot import place_tools, shown_of_defects, tool_shape, yarn_state
 from warpdrape.results.summary import add_warning, closing_words
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter

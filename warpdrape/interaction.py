@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import warp as wp
 
+from warpdrape.kernels.sweep import Sweep
 from warpdrape.state import ClampState, HeatState, LoadState, PlyState, State, ToolState
 
 
@@ -83,6 +84,23 @@ class Launch(NamedTuple):
         wp.launch(self.kernel, self.count, inputs=self.inputs, outputs=self.outputs, device=device)
 
 
+class Swept(NamedTuple):
+    """One launch of a kernel that sweeps over a run, see `warpdrape.kernels.sweep`."""
+
+    kernel: Any
+    run: Run
+    inputs: list
+    outputs: list
+
+    def __call__(self, device: str) -> None:
+        """Launch it: one thread on the CPU, one for each entry on a card."""
+        sweep = Sweep()
+        sweep.first, sweep.end = self.run.first, sum(self.run)
+        sweep.threads = 1 if wp.get_device(device).is_cpu else self.run.count
+        inputs = [sweep, *self.inputs]
+        wp.launch(self.kernel, sweep.threads, inputs=inputs, outputs=self.outputs, device=device)
+
+
 @dataclass(frozen=True)
 class Launches:
     """What a part launches, by stage; all parts have ended a stage before any goes to the next.
@@ -100,14 +118,14 @@ class Launches:
         push: forces on the part's own vertices, and on tools.
     """
 
-    prepare: tuple[Launch, ...] = ()
-    copy: tuple[Launch, ...] = ()
+    prepare: tuple[Launch | Swept, ...] = ()
+    copy: tuple[Launch | Swept, ...] = ()
     refit: tuple[wp.Mesh, ...] = ()
-    measure: tuple[Launch, ...] = ()
-    ask: tuple[Launch, ...] = ()
-    walk: tuple[Launch, ...] = ()
-    scatter: tuple[Launch, ...] = ()
-    push: tuple[Launch, ...] = ()
+    measure: tuple[Launch | Swept, ...] = ()
+    ask: tuple[Launch | Swept, ...] = ()
+    walk: tuple[Launch | Swept, ...] = ()
+    scatter: tuple[Launch | Swept, ...] = ()
+    push: tuple[Launch | Swept, ...] = ()
 
     def __add__(self, other: Launches) -> Launches:
         """Both, stage by stage."""

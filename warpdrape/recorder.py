@@ -19,17 +19,16 @@ from warpdrape.results.defects import DefectWatch
 from warpdrape.results.frame_data import PlyShape
 from warpdrape.results.frames_file import Mark
 from warpdrape.results.history import history_row, tool_angles, tool_ways
-from warpdrape.results.result import (
-    FormedPly,
-    Result,
+from warpdrape.results.result import FormedPly, Result
+from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
+from warpdrape.results.run_record import run_record
+from warpdrape.results.snapshot import (
     place_tools,
     read_plies,
     shown_at_vertices,
     shown_of_defects,
     tool_shape,
 )
-from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
-from warpdrape.results.run_record import run_record
 from warpdrape.results.summary import add_warning, summarise
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter
@@ -194,7 +193,7 @@ class Recorder:
         energies = balance(model, state, measured)
         now, steps = loading.simulated, self.steps - self.tally.steps_before
         plies = read_plies(model, state, measured)
-        self.watch.look(state, plies, energies, now)
+        self.watch.look(state, plies, energies, measured, now)
         poses = state.tools.poses()
         plies = self._defects.look(plies, poses)
         before = self._rows[-1] if self._rows else None

@@ -31,6 +31,7 @@ class Scene(Setup):
             ``{("carbon", "carbon"): 0.3, ("carbon", "glass"): 0.25}``.
         process_duration: time that the press takes for what is simulated in ``duration`` [s]; for
             friction that depends on speed, and plies with a viscous matrix: their clock is this.
+        air: that takes heat from prepregs' open faces; None takes none.
         self_contact: whether the folds of plies that bend are held apart, with the friction of
             ``ply_friction``.
         gravity: acceleration [m/s²], shape [3].

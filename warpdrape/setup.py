@@ -17,9 +17,10 @@ from warpdrape.defects.limits import Limits
 from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, one_of, positive, said, true_or_false
 from warpdrape.materials.friction import Friction, friction_of
+from warpdrape.materials.matrix import Heat
 from warpdrape.numerics import Numerics
+from warpdrape.tools.air import Air
 from warpdrape.tools.chosen import Chosen, chosen_vertices
-from warpdrape.tools.floating import Motion
 from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
@@ -62,7 +63,7 @@ class Clamp:
     name: str
     ply: str
     where: Chosen
-    motion: Motion = field(default_factory=Still)
+    motion: Prescribed = field(default_factory=Still)
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None
@@ -102,6 +103,7 @@ class Setup:
     friction: float | Friction = 0.2
     ply_friction: float | Friction | Mapping[tuple[str, str], float | Friction] = 0.3
     process_duration: float | None = None
+    air: Air | None = None
     self_contact: bool = True
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
     numerics: Numerics = field(default_factory=Numerics)
@@ -191,11 +193,24 @@ class Setup:
         """Time of the process [s] at times of the motions [s]."""
         return time / self.pace
 
+    @cached_property
+    def cooling(self) -> Mapping[int, Heat]:
+        """What decides how the temperatures of plies change, by their numbers; none of those kept.
+
+        A ply's card says how, and tools, the air or other such plies take heat or give it.
+        """
+        held = {
+            number: matrix.heat
+            for number, ply in enumerate(self.plies)
+            if (matrix := ply.fabric.matrix) is not None and matrix.heat is not None
+        }
+        outside = self.air is not None or any(tool.temperature is not None for tool in self.tools)
+        several = sum(heat.between is not None for heat in held.values()) > 1
+        return held if outside or several else {}
+
     def cools(self, ply: Ply) -> bool:
-        """Whether a ply's temperature changes: its card says how, and some tool has one."""
-        matrix = ply.fabric.matrix
-        holds = matrix is not None and matrix.heat is not None
-        return holds and any(tool.temperature is not None for tool in self.tools)
+        """Whether a ply's temperature changes."""
+        return any(self.plies[number] is ply for number in self.cooling)
 
     def _check_limits(self) -> None:
         """Raise `InputError` where limits are none, or of what the scene has not."""
@@ -214,11 +229,16 @@ class Setup:
         if self.process_duration is not None:
             positive("process_duration", self.process_duration, unit="s")
         wet = [ply for ply in self.plies if ply.fabric.matrix is not None]
-        for tool in self.tools:
-            if tool.temperature is not None and not any(map(self.cools, wet)):
+        if not isinstance(self.air, Air | None):
+            raise InputError(f"air = {said(self.air)} must be a warpdrape.Air")
+        warm = {f"tool {tool.name!r}: temperature": tool.temperature for tool in self.tools}
+        if self.air is not None:
+            warm["air: temperature"] = self.air.temperature
+        for what, kelvin in warm.items():
+            if kelvin is not None and not self.cooling:
                 raise InputError(
-                    f"tool {tool.name!r}: temperature = {tool.temperature:g} K is of no use: no "
-                    "ply's fabric has a matrix with heat; leave it out, or give matrix.heat"
+                    f"{what} = {kelvin:g} K is of no use: no ply's fabric has a matrix with heat; "
+                    "leave it out, or give matrix.heat"
                 )
         if not wet or self.approach == "fishnet":  # a net knows no forces
             return
@@ -243,6 +263,12 @@ class Setup:
                     f"friction of tool {tool.name!r} has by_angle, the angle between the yarns of "
                     "two plies: a tool has no yarns; leave it out"
                 )
+        shifts = (p.fabric.matrix is not None and p.fabric.matrix.shift for p in self.plies)
+        if any(law.shifted for law in self.friction_laws) and not any(shifts):
+            raise InputError(
+                "friction.shifted lets its viscosity follow the plies' temperature as their matrix "
+                "does, and no ply's fabric has matrix.shift: leave it out, or give matrix.shift"
+            )
         if not any(law.has_speed for law in self.friction_laws):
             return
         if self.process_duration is None:

@@ -11,7 +11,7 @@ from warpdrape.announcement import announcement
 from warpdrape.cadence import Cadence, read_cadence
 from warpdrape.contact.closing import closing_tools
 from warpdrape.dynamics.crew import choose_threads
-from warpdrape.dynamics.energy import internal_energy, kinetic_energy
+from warpdrape.dynamics.energy import kinetic_energy, taken_energy
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import Model, build_model, initial_state
 from warpdrape.dynamics.start_check import (
@@ -264,7 +264,7 @@ class _Run:
                 self._do_block(stepper, words)
                 if not loading.left and loading.limited:
                     kinetic = kinetic_energy(self.model, self.state)[0]
-                    loading.adapt(kinetic, internal_energy(self.model, self.state))
+                    loading.adapt(kinetic, taken_energy(self.model, self.state))
                 if keeper is not None:
                     keeper.between(frame - 1, stopping=self.stops.asked)
                 self.stops.check()

@@ -139,13 +139,20 @@ class LoadState:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class HeatState:
-    """Temperatures of the plies.
+    """Temperatures of the plies; see `kernels.contact.heat`.
 
     Attributes:
         temperature: [K], shape [vertex].
+        power: that comes from other plies in this step [W], shape [vertex].
+        pull: of tools in this step: rate [1/s], and rate times temperature [K/s], shape [vertex].
+        cover: what covers faces in this step, shape [vertex].
     """
 
     temperature: wp.array
+    power: wp.array
+    pull: wp.array
+    cover: wp.array
+    apart: ClassVar[Apart] = {"power": Across.SCATTERED}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -233,10 +240,17 @@ def start_loads(scene: Setup, steps: int, device: str) -> LoadState:
 
 def start_heat(scene: Setup, device: str) -> HeatState | None:
     """Temperatures of the plies as they are laid in; None where none cools."""
-    if not any(map(scene.cools, scene.plies)):
+    if not scene.cooling:
         return None
-    warmth = [np.full(len(ply.mesh.vertices), ply.warmth or 0.0) for ply in scene.plies]
-    return HeatState(wp.array(np.concatenate(warmth), dtype=wp.float64, device=device))
+    warmth = np.concatenate(
+        [np.full(len(ply.mesh.vertices), ply.warmth or 0.0) for ply in scene.plies]
+    )
+    return HeatState(
+        temperature=wp.array(warmth, dtype=wp.float64, device=device),
+        power=wp.zeros(len(warmth), dtype=wp.float64, device=device),
+        pull=wp.zeros(len(warmth), dtype=wp.vec2d, device=device),
+        cover=wp.zeros(len(warmth), dtype=wp.vec4d, device=device),
+    )
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from warpdrape.contact.squeeze import Squeeze, worst_squeeze
 from warpdrape.dynamics.energy import Energies
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import RunFailed
+from warpdrape.growth import found, why_it_grew
 from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
 from warpdrape.results.summary import ENERGY_FAILURE
@@ -26,10 +27,12 @@ SQUEEZED = 0.05
 
 def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
     """Say when and in which ply and triangle a vertex ran away."""
+    remedy = "lower safety"
+    if model.scene.tools:
+        remedy += " or contact_share, slow the tools down"
     return (
         f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
-        f"{model.medium.speed_limit:.4g} m/s; lower safety or contact_share, slow the tools down, "
-        "or refine the mesh there"
+        f"{model.medium.speed_limit:.4g} m/s; {remedy}, or refine the mesh there"
     )
 
 
@@ -72,12 +75,14 @@ class Seen:
         squeezed: the deepest squeeze between tools so far, in words; empty where there was none.
         squeeze: the same in numbers.
         depths: deepest place of the plies at vertices, and between them, for each tool [m].
+        found: energies of the last frame, by what they are in words [J].
     """
 
     grown: float = 0.0
     squeezed: str = ""
     squeeze: Squeeze | None = None
     depths: tuple[tuple[float, float], ...] = ()
+    found: dict[str, float] = field(default_factory=dict)
 
 
 class Watch:
@@ -98,7 +103,12 @@ class Watch:
         self._rooms = np.repeat([law.room if law else 0.0 for law in laws], counts)
 
     def look(
-        self, state: State, plies: Sequence[FormedPly], energies: Energies, now: float
+        self,
+        state: State,
+        plies: Sequence[FormedPly],
+        energies: Energies,
+        measured: Sequence[Measured],
+        now: float,
     ) -> None:
         """Look at a frame.
 
@@ -106,6 +116,7 @@ class Watch:
             state: the state now.
             plies: formed so far.
             energies: their balance.
+            measured: what forces and contacts show.
             now: simulated time [s].
 
         Raises:
@@ -116,7 +127,7 @@ class Watch:
         self._note_squeeze(state, now)
         self._note_depths(state)
         self._refuse_passage(state, now)
-        self._refuse_growth(state, energies, now)
+        self._refuse_growth(state, energies, measured, now)
 
     @staticmethod
     def _refuse_nonsense(plies: Sequence[FormedPly], now: float) -> None:
@@ -134,7 +145,9 @@ class Watch:
                     f"{int(np.argmax(bad))}: its values are not finite; lower safety"
                 )
 
-    def _refuse_growth(self, state: State, energies: Energies, now: float) -> None:
+    def _refuse_growth(
+        self, state: State, energies: Energies, measured: Sequence[Measured], now: float
+    ) -> None:
         """Raise `RunFailed` where energy came from nowhere, with the place that moves fastest."""
         model = self._model
         speed = model.medium.speed_limit / 100.0
@@ -144,11 +157,14 @@ class Watch:
             fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
             if self.seen.squeeze is not None:
                 raise RunFailed(self.seen.squeezed)
+            before, number = self.seen.found, number_of_ply(model, fastest)
+            grown = {words: e - before.get(words, 0.0) for words, e in found(energies).items()}
             raise RunFailed(
                 f"energy grew without work at {1e3 * now:.4g} ms, fastest in "
                 f"{place(model, fastest)}: {energies.unbalanced:.4g} J of {scale:.4g} J came from "
-                "nowhere; lower safety or contact_share, or refine the tools"
+                f"nowhere; {why_it_grew(model.scene, grown, measured, number, fastest)}"
             )
+        self.seen.found = found(energies)
 
     def _note_squeeze(self, state: State, now: float) -> None:
         """Keep the deepest squeeze of the run, in words."""

@@ -18,7 +18,8 @@ class FrictionLaws:
 
     points: wp.array(dtype=wp.vec2d)  # (pressure [Pa], speed [m/s], η v/p [m] or angle [°], factor)
     first: wp.array(dtype=wp.int32)  # where tables begin, shape [law · TABLES + 1]
-    viscosity: wp.array(dtype=wp.float64)  # η [Pa·s], shape [law]
+    shifted: wp.array(dtype=wp.int32)  # 1 where viscosity shifts with temperature, shape [law]
+    shifts: wp.array(dtype=wp.float64)  # by which it grows at vertices [-], shape [vertex]
     warps: wp.array(dtype=wp.vec2d)  # warp yarn by two sides of a triangle [1/m], shape [triangle]
     pace: wp.float64  # slip speed in the process over that of the simulation [-]
 
@@ -29,6 +30,7 @@ class Rub:
 
     coefficient: wp.float64  # μ, what depends on the angle included
     law: wp.int32  # number of its law plus one; 0 where the coefficient is all
+    viscosity: wp.float64  # η at the temperature of now, 0 where no law has one [Pa·s]
 
 
 @wp.func
@@ -74,9 +76,29 @@ def friction_coefficient(
         mu *= table_factor(laws, law, PRESSURE, pressure)
         at = wp.float64(0.0)
         if in_process > wp.float64(0.0):
-            at = laws.viscosity[law] * in_process / wp.max(pressure, wp.float64(1.0e-30))
+            at = rub.viscosity * in_process / wp.max(pressure, wp.float64(1.0e-30))
         mu *= table_factor(laws, law, HERSEY, at)
     return mu
+
+
+@wp.func
+def shifts_with_heat(laws: FrictionLaws, rub: Rub) -> bool:
+    """Whether the viscosity of an interface follows the plies' temperature."""
+    if rub.law == 0:
+        return False
+    return laws.shifted[rub.law - 1] == 1
+
+
+@wp.func
+def at_vertex(laws: FrictionLaws, rub: Rub, i: int) -> Rub:
+    """Friction of vertex i on a tool, by the ply's temperature of now."""
+    now = Rub()
+    now.coefficient = rub.coefficient
+    now.law = rub.law
+    now.viscosity = rub.viscosity
+    if shifts_with_heat(laws, rub):
+        now.viscosity *= laws.shifts[i]
+    return now
 
 
 @wp.func

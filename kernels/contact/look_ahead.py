@@ -8,6 +8,8 @@ until the next one: `Pace.outrun` tells whether that was too much.
 
 import warp as wp
 
+from ..sweep import Sweep
+
 ASK_EVERY = wp.constant(16)
 """Contact searches from one in which every point asks for the nearest facet of a ply to the next
 such one; between, it walks from the facet that it remembers."""
@@ -50,17 +52,18 @@ def forget_speed(part: int, speeds: wp.array(dtype=wp.float64)):
 
 @wp.kernel(enable_backward=False)
 def find_speed(
-    first: int, part: int, v: wp.array(dtype=wp.vec3d), speeds: wp.array(dtype=wp.float64)
+    sweep: Sweep, part: int, v: wp.array(dtype=wp.vec3d), speeds: wp.array(dtype=wp.float64)
 ):
-    """Find the largest speed of a part's vertices; one thread a vertex, from first.
+    """Find the largest speed of a part's vertices; a sweep over these.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         part: of the model.
         v: velocities [m/s], shape [vertex].
         speeds: shape [part]; the part's own is raised.
     """
-    wp.atomic_max(speeds, part, wp.length(v[first + wp.tid()]))
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        wp.atomic_max(speeds, part, wp.length(v[i]))
 
 
 @wp.kernel(enable_backward=False)

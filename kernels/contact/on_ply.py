@@ -162,6 +162,8 @@ def settled(
         budget: what the contact has lost since it came near, less what was taken back [J].
     """
     zero = wp.float64(0.0)
+    if jump == zero and had + budget == zero:
+        return zero, zero
     contact.allowance = jump
     stays = spring_energy(law, laws, contact, x, point, spring)
     contact.allowance = wp.max(search.keep * jump, jump - search.ease)

@@ -8,6 +8,7 @@ round another ply's border: those lie across from then on, until they come back 
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .facets import (
     NearestFacet,
@@ -168,6 +169,7 @@ def plane_on_side(
 
 @wp.kernel(enable_backward=False)
 def find_ply_contacts(
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     search: PlySearch,
@@ -175,7 +177,6 @@ def find_ply_contacts(
     stack: PlyStack,
     searching: int,
     way: int,
-    first_vertex: int,
     first_slot: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
@@ -187,7 +188,7 @@ def find_ply_contacts(
     deepest: wp.array(dtype=wp.float64),
     largest_jump: wp.array(dtype=wp.float64),
 ):
-    """Find the nearest triangle of the next ply above or below; one thread a vertex.
+    """Find the nearest triangle of the next ply above or below; a sweep over vertices.
 
     Where that ply does not cover a vertex, or lies across, those beyond it are asked, up to one
     that covers it in its order: the ply with the least gap counts. So each vertex touches one ply
@@ -199,6 +200,7 @@ def find_ply_contacts(
     near.
 
     Args:
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         search: how to look.
@@ -206,8 +208,7 @@ def find_ply_contacts(
         stack: the plies.
         searching: number of the ply whose vertices these are.
         way: +1 to look at the plies above, −1 below.
-        first_vertex: of the searching ply.
-        first_slot: where its contacts with those plies are kept.
+        first_slot: where the first one's contact with those plies is kept.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
@@ -220,99 +221,100 @@ def find_ply_contacts(
             raised.
         largest_jump: largest penetration allowed so far [m], shape [ply · ply]; raised.
     """
-    thread = wp.tid()
-    i = first_vertex + thread
-    slot = first_slot + thread
-    reach = reach_of(search)
-    memory[slot].way -= reach
-    if memory[slot].way > reach and search.asks == 0:
-        return
-    memory[slot].way = wp.float64(0.0)
-    before, had = before_search(
-        law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
-    )
-    slots.contacts[slot].near = 0
-    budget = wp.max(slots.spent[slot], wp.float64(0.0))
-    slots.spent[slot] = wp.float64(0.0)
-    side = -wp.float64(way)
-    nearest = no_facet()
-    plane = PlyPlane()
-    plane.beyond = 2
-    met = memory[slot].ply - 1
-    last = wp.where(memory[slot].seen > 0, met, -1)
-    if search.asks == 1:
-        count = stack.half.shape[0]
-        radius = radius_of(search)
-        ply = searching + way
-        met = ply
-        while ply >= 0 and ply < count:
-            first = stack.first_triangle[ply]
-            there = ask_for_nearest(facets, stack.meshes[ply], first, radius, x, x[i])
-            if there.facet >= 0:
-                thickness = stack.half[searching] + stack.half[ply]
-                lay = wp.int32(2)
-                if ply == last:
-                    walked = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
-                    if is_same_place(there, walked, thickness):
-                        lay = memory[slot].across
-                other = plane_on_side(facets, there, side, lay, thickness, x, normals, hollows)
-                if nearest.facet < 0 or (
-                    other.beyond < 2 and (plane.beyond == 2 or other.gap < plane.gap)
-                ):
-                    nearest = there
-                    plane = other
-                    met = ply
-                if other.beyond == 0 and other.across == 0:
-                    ply = wp.where(way > 0, count, -1)
-            ply += way
-    elif memory[slot].seen > 0:
-        nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
-        thickness = stack.half[searching] + stack.half[met]
-        lay = memory[slot].across
-        plane = plane_on_side(facets, nearest, side, lay, thickness, x, normals, hollows)
-    memory[slot].seen = nearest.facet + 1
-    if nearest.facet < 0:
-        return
-    if memory[slot].ply != met + 1 or memory[slot].across != plane.across:
-        slots.springs[slot] = wp.vec3d()
-        memory[slot].ply = met + 1
-        memory[slot].across = plane.across
-    if plane.beyond == 2:
-        return
-    gap = plane.gap
-    if gap > reach:
-        memory[slot].way = gap
-        return
-    corners = facets.corners[nearest.facet]
-    slots.contacts[slot].near = 1
-    slots.contacts[slot].a = corners[0]
-    slots.contacts[slot].b = corners[1]
-    slots.contacts[slot].c = corners[2]
-    slots.contacts[slot].weights = nearest.weights
-    slots.contacts[slot].normal = plane.normal
-    slots.contacts[slot].rise = plane.rise
-    slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
-    slots.contacts[slot].thickness = stack.half[searching] + stack.half[met]
-    pair = searching * stack.half.shape[0] + met
-    slots.contacts[slot].rub = at_angle(law.friction, stack.rubs[pair], facets, i, nearest.facet, x)
-    slots.contacts[slot].pad.law = stack.pads[pair]
-    slots.contacts[slot].pad.area = stack.areas[i]
-    jump = wp.max(before - gap, wp.float64(0.0))
-    allowance, taken = settled(
-        law, laws, search, slots.contacts[slot], x, x[i], slots.springs[slot], jump, had, budget
-    )
-    slots.contacts[slot].allowance = allowance
-    slots.spent[slot] = budget + taken
-    lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
-    wp.atomic_max(deepest, pair, -gap)
-    wp.atomic_max(largest_jump, pair, allowance)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        slot = first_slot + i - sweep.first
+        reach = reach_of(search)
+        memory[slot].way -= reach
+        if memory[slot].way > reach and search.asks == 0:
+            continue
+        memory[slot].way = wp.float64(0.0)
+        before, had = before_search(
+            law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
+        )
+        slots.contacts[slot].near = 0
+        budget = wp.max(slots.spent[slot], wp.float64(0.0))
+        slots.spent[slot] = wp.float64(0.0)
+        side = -wp.float64(way)
+        nearest = no_facet()
+        plane = PlyPlane()
+        plane.beyond = 2
+        met = memory[slot].ply - 1
+        last = wp.where(memory[slot].seen > 0, met, -1)
+        if search.asks == 1:
+            count = stack.half.shape[0]
+            radius = radius_of(search)
+            ply = searching + way
+            met = ply
+            while ply >= 0 and ply < count:
+                first = stack.first_triangle[ply]
+                there = ask_for_nearest(facets, stack.meshes[ply], first, radius, x, x[i])
+                if there.facet >= 0:
+                    thickness = stack.half[searching] + stack.half[ply]
+                    lay = wp.int32(2)
+                    if ply == last:
+                        walked = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
+                        if is_same_place(there, walked, thickness):
+                            lay = memory[slot].across
+                    other = plane_on_side(facets, there, side, lay, thickness, x, normals, hollows)
+                    if nearest.facet < 0 or (
+                        other.beyond < 2 and (plane.beyond == 2 or other.gap < plane.gap)
+                    ):
+                        nearest = there
+                        plane = other
+                        met = ply
+                    if other.beyond == 0 and other.across == 0:
+                        ply = wp.where(way > 0, count, -1)
+                ply += way
+        elif memory[slot].seen > 0:
+            nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
+            thickness = stack.half[searching] + stack.half[met]
+            lay = memory[slot].across
+            plane = plane_on_side(facets, nearest, side, lay, thickness, x, normals, hollows)
+        memory[slot].seen = nearest.facet + 1
+        if nearest.facet < 0:
+            continue
+        if memory[slot].ply != met + 1 or memory[slot].across != plane.across:
+            slots.springs[slot] = wp.vec3d()
+            memory[slot].ply = met + 1
+            memory[slot].across = plane.across
+        if plane.beyond == 2:
+            continue
+        gap = plane.gap
+        if gap > reach:
+            memory[slot].way = gap
+            continue
+        corners = facets.corners[nearest.facet]
+        slots.contacts[slot].near = 1
+        slots.contacts[slot].a = corners[0]
+        slots.contacts[slot].b = corners[1]
+        slots.contacts[slot].c = corners[2]
+        slots.contacts[slot].weights = nearest.weights
+        slots.contacts[slot].normal = plane.normal
+        slots.contacts[slot].rise = plane.rise
+        slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
+        slots.contacts[slot].thickness = stack.half[searching] + stack.half[met]
+        pair = searching * stack.half.shape[0] + met
+        slots.contacts[slot].rub = at_angle(
+            law.friction, stack.rubs[pair], facets, i, nearest.facet, x
+        )
+        slots.contacts[slot].pad.law = stack.pads[pair]
+        slots.contacts[slot].pad.area = stack.areas[i]
+        jump = wp.max(before - gap, wp.float64(0.0))
+        allowance, taken = settled(
+            law, laws, search, slots.contacts[slot], x, x[i], slots.springs[slot], jump, had, budget
+        )
+        slots.contacts[slot].allowance = allowance
+        slots.spent[slot] = budget + taken
+        lost[i] += wp.vec3d(wp.float64(0.0), taken, wp.float64(0.0))
+        wp.atomic_max(deepest, pair, -gap)
+        wp.atomic_max(largest_jump, pair, allowance)
 
 
 @wp.kernel(enable_backward=False)
 def add_ply_forces(
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
-    first_vertex: int,
     first_slot: int,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
@@ -320,18 +322,18 @@ def add_ply_forces(
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
 ):
-    """Add contact forces between two plies to ``f``; one thread a vertex of the searching ply.
+    """Add contact forces between two plies to ``f``; a sweep over vertices of the searching ply.
 
     Args:
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
-        first_vertex: of the searching ply.
-        first_slot: of its contacts with the plies above or below.
+        first_slot: of the first one's contact with the plies above or below.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
         slots: memory of the contacts; updated.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    thread = wp.tid()
-    press_on_ply(law, laws, first_vertex + thread, first_slot + thread, x, v, slots, f, lost)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        press_on_ply(law, laws, i, first_slot + i - sweep.first, x, v, slots, f, lost)

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from ..sweep import Sweep
 from .facets import PlyFacets, ask_for_nearest
 from .surface import edge_sag, to_single
 
@@ -15,55 +16,55 @@ def copy_to_single(first: int, x: wp.array(dtype=wp.vec3d), points: wp.array(dty
 
 @wp.kernel(enable_backward=False)
 def compute_vertex_normals(
-    first: int,
+    sweep: Sweep,
     facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
 ):
-    """Compute unit vertex normals, weighted by area; one thread a vertex, from first.
+    """Compute unit vertex normals, weighted by area; a sweep over vertices.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         facets: of all plies.
         x: positions [m], shape [vertex].
         normals: shape [vertex]; overwritten.
     """
-    i = first + wp.tid()
-    n = wp.vec3d()
-    for k in range(facets.first_of_fan[i], facets.first_of_fan[i + 1]):
-        at = facets.corners[facets.fans[k]]
-        a = x[at[0]]
-        n += wp.cross(x[at[1]] - a, x[at[2]] - a)
-    normals[i] = wp.normalize(n)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        n = wp.vec3d()
+        for k in range(facets.first_of_fan[i], facets.first_of_fan[i + 1]):
+            at = facets.corners[facets.fans[k]]
+            a = x[at[0]]
+            n += wp.cross(x[at[1]] - a, x[at[2]] - a)
+        normals[i] = wp.normalize(n)
 
 
 @wp.kernel(enable_backward=False)
 def compute_hollows(
-    first: int,
+    sweep: Sweep,
     facets: PlyFacets,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
 ):
-    """Compute the largest sags of the edges at a vertex; one thread a vertex, from first.
+    """Compute the largest sags of the edges at vertices; a sweep over these.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         facets: of all plies.
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: room above, where the ply is bent like a bowl, and below, where like a dome [m],
             shape [vertex]; overwritten.
     """
-    i = first + wp.tid()
-    above = wp.float64(0.0)
-    below = wp.float64(0.0)
-    for k in range(facets.first_of_ring[i], facets.first_of_ring[i + 1]):
-        j = facets.rings[k]
-        dome = edge_sag(x[i], x[j], normals[i], normals[j])
-        above = wp.max(above, -dome)
-        below = wp.max(below, dome)
-    hollows[i] = wp.vec2d(above, below)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        above = wp.float64(0.0)
+        below = wp.float64(0.0)
+        for k in range(facets.first_of_ring[i], facets.first_of_ring[i + 1]):
+            j = facets.rings[k]
+            dome = edge_sag(x[i], x[j], normals[i], normals[j])
+            above = wp.max(above, -dome)
+            below = wp.max(below, dome)
+        hollows[i] = wp.vec2d(above, below)
 
 
 @wp.kernel(enable_backward=False)

@@ -7,6 +7,7 @@ left out.
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .facets import (
     MOST_MOVES,
@@ -20,15 +21,15 @@ from .facets import (
 from .folds import Patches
 from .friction import Rub
 from .on_ply import (
+    PlyContact,
     PlySearch,
     Slots,
-    before_search,
     effective_mass,
     press_on_ply,
     radius_of,
     reach_of,
-    settled,
 )
+from .settling import hold, let_go
 from .surface import to_single, weighted
 from .yarn_angle import at_angle
 
@@ -109,82 +110,106 @@ def is_same_place(
     return wp.length_sq(between) < flat.apart[i] * flat.apart[i]
 
 
+@wp.struct
+class SelfSlots:
+    """What a ply's vertices remember of their own ply, and how deep they have been in it."""
+
+    seen: wp.array(dtype=wp.int32)  # nearest triangle plus one, 0 if none in sight, shape [slot]
+    slots: Slots  # of the contacts, shape [slot]
+    pressing: wp.array(dtype=wp.int32)  # 1 if it may touch before the next search, shape [vertex]
+    deepest: wp.array(dtype=wp.float64)  # so far, what is allowed included [m], shape [ply]
+    jump: wp.array(dtype=wp.float64)  # largest penetration allowed so far [m], shape [ply]
+
+
+@wp.func
+def signed_distance(
+    facets: PlyFacets,
+    ply: SearchedSelf,
+    nearest: NearestFacet,
+    side: wp.float64,
+    held: int,
+    reach: wp.float64,
+    x: wp.array(dtype=wp.vec3d),
+):
+    """Whether a vertex may touch a place on a side of its ply, its height [m], and the normal.
+
+    Args:
+        facets: of all plies.
+        ply: the vertex's.
+        nearest: the place.
+        side: +1 for a vertex above it, −1 for one below.
+        held: 1 if the vertex was near that side before.
+        reach: distance beyond the thickness that counts as near [m].
+        x: positions [m], shape [vertex].
+    """
+    zero = wp.float64(0.0)
+    offset = nearest.offset
+    distance = wp.length(offset)
+    near = distance <= ply.thickness + reach
+    outward = side * wp.normalize(facing(facets, nearest, x))
+    height = wp.dot(offset, outward)
+    if is_at_border(facets, nearest):
+        beyond = distance * distance - height * height
+        if beyond > wp.float64(0.25) * ply.thickness * ply.thickness:
+            near = False
+    if height < zero:
+        if held == 0:  # a walk has come round a fold, to where it lies on the other side
+            near = False
+        distance = -distance
+    normal = outward
+    if wp.abs(distance) > wp.float64(1.0e-3) * ply.thickness:
+        normal = offset / distance
+    return near, distance, normal
+
+
 @wp.func
 def touch(
     law: ContactLaw,
     laws: CompactionLaws,
     search: PlySearch,
     facets: PlyFacets,
+    flat: FlatPly,
     ply: SearchedSelf,
     i: int,
     slot: int,
     side: wp.float64,
-    area: wp.float64,
     nearest: NearestFacet,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
-    seen: wp.array(dtype=wp.int32),
-    slots: Slots,
+    kept: SelfSlots,
     lost: wp.array(dtype=wp.vec3d),
-    deepest: wp.array(dtype=wp.float64),
-    largest_jump: wp.array(dtype=wp.float64),
 ):
     """Make a slot's contact that with the nearest triangle on its side, or none."""
-    zero = wp.float64(0.0)
-    held = slots.contacts[slot].near
-    before, had = before_search(
-        law, laws, slots.contacts[slot], x, x[i], slots.springs[slot], slots.stored[slot]
-    )
-    slots.contacts[slot].near = 0
-    budget = wp.max(slots.spent[slot], zero)
-    slots.spent[slot] = zero
-    seen[slot] = nearest.facet + 1
+    held = kept.slots.contacts[slot].near
+    earlier = let_go(law, laws, kept.slots, slot, x, x[i])
+    kept.seen[slot] = nearest.facet + 1
     if nearest.facet < 0:
         return
-    offset = nearest.offset
-    distance = wp.length(offset)
-    if distance > ply.thickness + reach_of(search):
+    near, height, normal = signed_distance(facets, ply, nearest, side, held, reach_of(search), x)
+    if not near:
         return
-    outward = side * wp.normalize(facing(facets, nearest, x))
-    height = wp.dot(offset, outward)
-    if is_at_border(facets, nearest):
-        beyond = distance * distance - height * height
-        if beyond > wp.float64(0.25) * ply.thickness * ply.thickness:
-            return
-    if height < zero:
-        if held == 0:  # a walk has come round a fold, to where it lies on the other side
-            return
-        distance = -distance
-    normal = outward
-    if wp.abs(distance) > wp.float64(1.0e-3) * ply.thickness:
-        normal = offset / distance
-    gap = distance - ply.thickness
+    gap = height - ply.thickness
     corners = facets.corners[nearest.facet]
-    slots.contacts[slot].near = 1
-    slots.contacts[slot].a = corners[0]
-    slots.contacts[slot].b = corners[1]
-    slots.contacts[slot].c = corners[2]
-    slots.contacts[slot].weights = nearest.weights
-    slots.contacts[slot].normal = normal
-    slots.contacts[slot].rise = wp.dot(normal, offset) - distance
-    slots.contacts[slot].mass = effective_mass(mass, corners, nearest.weights, i)
-    slots.contacts[slot].thickness = ply.thickness
-    slots.contacts[slot].rub = at_angle(law.friction, ply.rub, facets, i, nearest.facet, x)
-    slots.contacts[slot].pad.law = ply.pad
-    slots.contacts[slot].pad.area = area
-    jump = wp.max(before - gap, zero)
-    allowance, taken = settled(
-        law, laws, search, slots.contacts[slot], x, x[i], slots.springs[slot], jump, had, budget
-    )
-    slots.contacts[slot].allowance = allowance
-    slots.spent[slot] = budget + taken
-    lost[i] += wp.vec3d(zero, taken, zero)
-    wp.atomic_max(deepest, ply.number, -gap)
-    wp.atomic_max(largest_jump, ply.number, allowance)
+    found = PlyContact()
+    found.a = corners[0]
+    found.b = corners[1]
+    found.c = corners[2]
+    found.weights = nearest.weights
+    found.normal = normal
+    found.rise = wp.dot(normal, nearest.offset) - height
+    found.mass = effective_mass(mass, corners, nearest.weights, i)
+    found.thickness = ply.thickness
+    found.rub = at_angle(law.friction, ply.rub, facets, i, nearest.facet, x)
+    found.pad.law = ply.pad
+    found.pad.area = flat.areas[i]
+    allowed = hold(law, laws, search, kept.slots, slot, found, x, x[i], gap, earlier, i, lost)
+    wp.atomic_max(kept.deepest, ply.number, -gap)
+    wp.atomic_max(kept.jump, ply.number, allowed)
 
 
 @wp.kernel(enable_backward=False)
 def find_self_contacts(
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     search: PlySearch,
@@ -192,22 +217,18 @@ def find_self_contacts(
     flat: FlatPly,
     ply: SearchedSelf,
     patches: Patches,
-    first: int,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
-    seen: wp.array(dtype=wp.int32),
-    slots: Slots,
-    pressing: wp.array(dtype=wp.int32),
+    kept: SelfSlots,
     lost: wp.array(dtype=wp.vec3d),
-    deepest: wp.array(dtype=wp.float64),
-    largest_jump: wp.array(dtype=wp.float64),
 ):
-    """Find the triangles of a vertex's own ply nearest to it on both sides; one thread a vertex.
+    """Find the triangles of a vertex's own ply nearest to it on both sides; a sweep.
 
     A vertex keeps to the side of a fold on which it came near. Beyond a border it touches for half
     a thickness more, then nothing. Where the ply has not folded vertices are left out.
 
     Args:
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         search: how to look.
@@ -215,94 +236,58 @@ def find_self_contacts(
         flat: the flat plies.
         ply: the searched one.
         patches: the plies' patches, which may touch their ply.
-        first: number of the first vertex.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
-        seen: the nearest triangle plus one, 0 if none was in sight, shape [slot]; updated.
-        slots: memory of the contacts; these are overwritten.
-        pressing: whether a vertex may touch before the next search, shape [vertex]; overwritten.
+        kept: what vertices remember; updated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
-        deepest: largest penetration so far [m], what is allowed included, shape [ply]; raised.
-        largest_jump: largest penetration allowed so far [m], shape [ply]; raised.
     """
-    i = first + wp.tid()
-    above = ply.first_slot + i - ply.first_vertex
-    below = above + ply.vertices
-    asks = search.asks == 1 and (patches.folded[patches.of_vertex[i]] == 1 or pressing[i] == 1)
-    if search.asks == 1 and not asks:
-        seen[above] = 0
-        seen[below] = 0
-    if not asks and seen[above] == 0 and seen[below] == 0:
-        return
-    point = x[i]
-    upper = no_facet()
-    lower = no_facet()
-    if seen[above] > 0 and (not asks or slots.contacts[above].near == 1):
-        upper = walk_on_fold(flat, facets, i, seen[above] - 1, x)
-    if seen[below] > 0 and (not asks or slots.contacts[below].near == 1):
-        lower = walk_on_fold(flat, facets, i, seen[below] - 1, x)
-    if asks:
-        held_above = upper
-        held_below = lower
-        radius = radius_of(search)
-        margin = wp.vec3d(radius, radius, radius)
-        query = wp.mesh_query_aabb(ply.mesh, to_single(point - margin), to_single(point + margin))
-        for face in query:
-            there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
-            square = wp.length_sq(there.offset)
-            if square < radius * radius and is_another_fold(flat, facets, i, there):
-                over = is_same_place(flat, facets, i, held_above, there)
-                under = is_same_place(flat, facets, i, held_below, there)
-                if over == under:
-                    over = wp.dot(there.offset, facing(facets, there, x)) >= wp.float64(0.0)
-                if over:
-                    if upper.facet < 0 or square < wp.length_sq(upper.offset):
-                        upper = there
-                else:
-                    if lower.facet < 0 or square < wp.length_sq(lower.offset):
-                        lower = there
-    touch(
-        law,
-        laws,
-        search,
-        facets,
-        ply,
-        i,
-        above,
-        wp.float64(1.0),
-        flat.areas[i],
-        upper,
-        mass,
-        x,
-        seen,
-        slots,
-        lost,
-        deepest,
-        largest_jump,
-    )
-    touch(
-        law,
-        laws,
-        search,
-        facets,
-        ply,
-        i,
-        below,
-        -wp.float64(1.0),
-        flat.areas[i],
-        lower,
-        mass,
-        x,
-        seen,
-        slots,
-        lost,
-        deepest,
-        largest_jump,
-    )
-    # What is let go of still hands in its energy in the next step.
-    let_go = slots.stored[above] > wp.float64(0.0) or slots.stored[below] > wp.float64(0.0)
-    near = slots.contacts[above].near == 1 or slots.contacts[below].near == 1
-    pressing[i] = wp.where(near or let_go, 1, 0)
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        above = ply.first_slot + i - ply.first_vertex
+        below = above + ply.vertices
+        asks = search.asks == 1 and (
+            patches.folded[patches.of_vertex[i]] == 1 or kept.pressing[i] == 1
+        )
+        if search.asks == 1 and not asks:
+            kept.seen[above] = 0
+            kept.seen[below] = 0
+        if not asks and kept.seen[above] == 0 and kept.seen[below] == 0:
+            continue
+        point = x[i]
+        upper = no_facet()
+        lower = no_facet()
+        if kept.seen[above] > 0 and (not asks or kept.slots.contacts[above].near == 1):
+            upper = walk_on_fold(flat, facets, i, kept.seen[above] - 1, x)
+        if kept.seen[below] > 0 and (not asks or kept.slots.contacts[below].near == 1):
+            lower = walk_on_fold(flat, facets, i, kept.seen[below] - 1, x)
+        if asks:
+            held_above = upper
+            held_below = lower
+            radius = radius_of(search)
+            margin = wp.vec3d(radius, radius, radius)
+            query = wp.mesh_query_aabb(
+                ply.mesh, to_single(point - margin), to_single(point + margin)
+            )
+            for face in query:
+                there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
+                square = wp.length_sq(there.offset)
+                if square < radius * radius and is_another_fold(flat, facets, i, there):
+                    over = is_same_place(flat, facets, i, held_above, there)
+                    under = is_same_place(flat, facets, i, held_below, there)
+                    if over == under:
+                        over = wp.dot(there.offset, facing(facets, there, x)) >= wp.float64(0.0)
+                    if over:
+                        if upper.facet < 0 or square < wp.length_sq(upper.offset):
+                            upper = there
+                    else:
+                        if lower.facet < 0 or square < wp.length_sq(lower.offset):
+                            lower = there
+        one = wp.float64(1.0)
+        touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, kept, lost)
+        touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, kept, lost)
+        # What is let go of still hands in its energy in the next step.
+        stores = wp.max(kept.slots.stored[above], kept.slots.stored[below]) > wp.float64(0.0)
+        near = kept.slots.contacts[above].near == 1 or kept.slots.contacts[below].near == 1
+        kept.pressing[i] = wp.where(near or stores, 1, 0)
 
 
 @wp.kernel(enable_backward=False)
@@ -313,8 +298,7 @@ def add_self_forces(
     first: int,
     x: wp.array(dtype=wp.vec3d),
     v: wp.array(dtype=wp.vec3d),
-    pressing: wp.array(dtype=wp.int32),
-    slots: Slots,
+    kept: SelfSlots,
     f: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
 ):
@@ -327,14 +311,13 @@ def add_self_forces(
         first: number of the first vertex.
         x: positions [m], shape [vertex].
         v: velocities half a step ago [m/s], shape [vertex].
-        pressing: whether a vertex may touch before the next search, shape [vertex].
-        slots: memory of the contacts; updated.
+        kept: what vertices remember; their contacts are updated.
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
     i = first + wp.tid()
-    if pressing[i] == 0:
+    if kept.pressing[i] == 0:
         return
     for side in range(2):
         slot = ply.first_slot + side * ply.vertices + i - ply.first_vertex
-        press_on_ply(law, laws, i, slot, x, v, slots, f, lost)
+        press_on_ply(law, laws, i, slot, x, v, kept.slots, f, lost)

@@ -9,8 +9,9 @@ have one dimension.
 
 import warp as wp
 
+from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
-from .friction import Rub
+from .friction import Rub, at_vertex
 from .surface import (
     CURVED,
     barycentric,
@@ -175,7 +176,7 @@ def tangent_plane(
     """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
 
     A surface with borders has a back: a vertex that comes from behind meets it there, half the ply
-    thickness away, and its border as a rounded edge.
+    thickness away. A border is a rounded edge: a flat end would push at once what comes from aside.
 
     Args:
         surfaces: the tools' facets.
@@ -232,6 +233,10 @@ def tangent_plane(
                 plane.normal = normal
                 plane.level = wp.dot(normal, point) + offset
             return plane, distance
+    if border and height > zero and aside > zero:  # round the border, from the front too
+        normal = wp.normalize(at - point)
+        gap = wp.length(at - point) - offset
+        past_border = False
     inside = gap < wp.float64(0.0)
     behind = gap < -near and not held  # an open surface, not pressed into it
     if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
@@ -240,9 +245,30 @@ def tangent_plane(
     return plane, distance
 
 
+@wp.func
+def outrun(
+    mesh: wp.uint64, query: ToolQuery, at: wp.vec3d, seen: wp.float64, needed: wp.float64
+) -> wp.float64:
+    """Way of a free vertex since its last query over what was free then [-], if it passed the tool.
+
+    Args:
+        mesh: of the tool.
+        query: the last one.
+        at: where the vertex is now, tool frame [m].
+        seen: how far off the tool it was then, at least [m].
+        needed: distance from which on it would have been held [m].
+    """
+    way = at - query.at
+    moved = wp.length(way)
+    if seen <= needed or moved <= seen:
+        return wp.float64(0.0)
+    ray = wp.mesh_query_ray(mesh, to_single(query.at), to_single(way / moved), float(moved))
+    return wp.where(ray.result, moved / seen, wp.float64(0.0))
+
+
 @wp.kernel(enable_backward=False)
 def find_tool_contacts(
-    first: int,
+    sweep: Sweep,
     surfaces: ToolSurfaces,
     search: ToolSearch,
     offset: wp.array(dtype=wp.float64),
@@ -255,8 +281,9 @@ def find_tool_contacts(
     holds: wp.array(dtype=ToolHold),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
+    fastest: wp.array(dtype=wp.float64),
 ):
-    """Find the tangent planes near the vertices; one thread a vertex.
+    """Find the tangent planes near the vertices; a sweep over these.
 
     A vertex is asked anew once it has moved as far as its plane serves, or where, at its speed, it
     may come near a tool before the next search: a sheet that snaps is faster than its tools. No
@@ -265,7 +292,7 @@ def find_tool_contacts(
     query.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         surfaces: the tools' facets.
         search: how far to look.
         offset: half the ply thickness [m], shape [vertex].
@@ -278,68 +305,73 @@ def find_tool_contacts(
         holds: shape [tool · vertex]; let go where the tool is near no more.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration seen so far [m], shape [tool]; raised.
+        fastest: largest `outrun` of vertices [-], shape [tool]; raised.
     """
-    i = first + wp.tid()
-    before = touching[i]
-    near = offset[i] + search.reach
-    now = wp.int32(0)
-    for tool in range(tools.shift.shape[0]):
-        slot = tool * x.shape[0] + i
-        at = x[i] - tools.shift[tool]
-        moving = v[i] - tools.velocity[tool]
-        if tools.turning.turns[tool] == 1:
-            turned = tools.turned[tool]
-            arm = at - turned * tools.turning.point[tool]
-            moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
-            at = wp.transpose(turned) * at
-        moved = wp.length(at - queries[slot].at)
-        held = may_touch(before, tool) and is_near(planes[slot])
-        ahead = search.ahead * wp.length(moving)
-        used = moved
-        if not held:
-            used += ahead
-        if used >= queries[slot].way or search.plain == 1:
-            plane = no_plane()
-            distance = search.radius
-            bound = queries[slot].distance + moved
-            if search.plain == 1:
-                bound = search.radius
-            facet = queries[slot].facet
-            served = held and wp.length(at - queries[slot].asked) < search.trust
-            if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
-                plane, distance = tangent_plane(
-                    surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
-                )
-            if not is_near(plane):
-                facet = nearest_facet(surfaces, tool, at, bound, search.radius)
-                queries[slot].facet = facet
-                queries[slot].asked = at
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        before = touching[i]
+        near = offset[i] + search.reach
+        now = wp.int32(0)
+        for tool in range(tools.shift.shape[0]):
+            slot = tool * x.shape[0] + i
+            at = x[i] - tools.shift[tool]
+            moving = v[i] - tools.velocity[tool]
+            if tools.turning.turns[tool] == 1:
+                turned = tools.turned[tool]
+                arm = at - turned * tools.turning.point[tool]
+                moving = velocity_from(tools.spin[tool], arm, moving, wp.float64(0.0))
+                at = wp.transpose(turned) * at
+            moved = wp.length(at - queries[slot].at)
+            held = may_touch(before, tool) and is_near(planes[slot])
+            ahead = search.ahead * wp.length(moving)
+            used = moved
+            if not held:
+                used += ahead
+                if moved > queries[slot].way:
+                    seen = queries[slot].distance - surfaces.sag[tool]
+                    over = outrun(surfaces.meshes[tool], queries[slot], at, seen, near)
+                    wp.atomic_max(fastest, tool, over)
+            if used >= queries[slot].way or search.plain == 1:
+                plane = no_plane()
                 distance = search.radius
-                if facet >= 0:
+                bound = queries[slot].distance + moved
+                if search.plain == 1:
+                    bound = search.radius
+                facet = queries[slot].facet
+                served = held and wp.length(at - queries[slot].asked) < search.trust
+                if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
                     plane, distance = tangent_plane(
                         surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
                     )
-            queries[slot].at = at
-            queries[slot].distance = distance
-            queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
-            planes[slot] = plane
-            if held and not is_near(plane):  # slid past the tool's border
-                lost[i] += wp.vec3d(holds[slot].stored, wp.float64(0.0), wp.float64(0.0))
-                holds[slot] = ToolHold()
-            if is_near(plane):
+                if not is_near(plane):
+                    facet = nearest_facet(surfaces, tool, at, bound, search.radius)
+                    queries[slot].facet = facet
+                    queries[slot].asked = at
+                    distance = search.radius
+                    if facet >= 0:
+                        plane, distance = tangent_plane(
+                            surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
+                        )
+                queries[slot].at = at
+                queries[slot].distance = distance
+                queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
+                planes[slot] = plane
+                if held and not is_near(plane):  # slid past the tool's border
+                    lost[i] += wp.vec3d(holds[slot].stored, wp.float64(0.0), wp.float64(0.0))
+                    holds[slot] = ToolHold()
+                if is_near(plane):
+                    now |= wp.int32(1) << (tool & 31)
+            elif held:
                 now |= wp.int32(1) << (tool & 31)
-        elif held:
-            now |= wp.int32(1) << (tool & 31)
-        if may_touch(now, tool):
-            gap = plane_gap(planes[slot], at)
-            if gap < wp.float64(0.0):
-                wp.atomic_max(deepest, tool, -gap)
-    touching[i] = now
+            if may_touch(now, tool):
+                gap = plane_gap(planes[slot], at)
+                if gap < wp.float64(0.0):
+                    wp.atomic_max(deepest, tool, -gap)
+        touching[i] = now
 
 
 @wp.kernel(enable_backward=False)
 def add_tool_forces(
-    first: int,
+    sweep: Sweep,
     law: ContactLaw,
     laws: CompactionLaws,
     pads: wp.array(dtype=Pad),
@@ -356,10 +388,10 @@ def add_tool_forces(
     moment: wp.array(dtype=wp.vec3d),
     lost: wp.array(dtype=wp.vec3d),
 ):
-    """Add the tools' contact forces to ``f``; one thread a vertex.
+    """Add the tools' contact forces to ``f``; a sweep over vertices.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         law: contact law.
         laws: of compaction.
         pads: what gives way of a vertex's ply, shape [vertex].
@@ -376,48 +408,48 @@ def add_tool_forces(
         moment: theirs about a point of the axis of tools that turn [N·m], likewise.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    i = first + wp.tid()
-    bits = touching[i]
-    if bits == 0:
-        return
-    count = rubs.shape[0]
-    place = i % (reaction.shape[0] // count) * count
-    for tool in range(count):
-        if may_touch(bits, tool):
-            slot = tool * x.shape[0] + i
-            plane = planes[slot]
-            offset = x[i] - tools.shift[tool]
-            moving = v[i] - tools.velocity[tool]
-            at = offset
-            turning = tools.turning.turns[tool] == 1
-            if turning:
-                back = wp.transpose(tools.turned[tool])
-                at = back * offset
-                arm = offset - tools.turned[tool] * tools.turning.point[tool]
-                moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
-            gap = plane_gap(plane, at)
-            if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
-                t = contact_traction(
-                    law,
-                    laws,
-                    mass[i],
-                    pads[i],
-                    rubs[tool],
-                    gap,
-                    plane.normal,
-                    moving,
-                    holds[slot].spring,
-                    holds[slot].dashpot,
-                )
-                holds[slot].spring = t.spring
-                holds[slot].dashpot = t.dashpot
-                holds[slot].pressing = t.pressing
-                holds[slot].stored = t.stored
-                force = t.force
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        bits = touching[i]
+        if bits == 0:
+            continue
+        count = rubs.shape[0]
+        place = i % (reaction.shape[0] // count) * count
+        for tool in range(count):
+            if may_touch(bits, tool):
+                slot = tool * x.shape[0] + i
+                plane = planes[slot]
+                offset = x[i] - tools.shift[tool]
+                moving = v[i] - tools.velocity[tool]
+                at = offset
+                turning = tools.turning.turns[tool] == 1
                 if turning:
-                    force = tools.turned[tool] * force
+                    back = wp.transpose(tools.turned[tool])
+                    at = back * offset
                     arm = offset - tools.turned[tool] * tools.turning.point[tool]
-                    wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
-                f[i] += force
-                lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-                wp.atomic_sub(reaction, place + tool, force)
+                    moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
+                gap = plane_gap(plane, at)
+                if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
+                    t = contact_traction(
+                        law,
+                        laws,
+                        mass[i],
+                        pads[i],
+                        at_vertex(law.friction, rubs[tool], i),
+                        gap,
+                        plane.normal,
+                        moving,
+                        holds[slot].spring,
+                        holds[slot].dashpot,
+                    )
+                    holds[slot].spring = t.spring
+                    holds[slot].dashpot = t.dashpot
+                    holds[slot].pressing = t.pressing
+                    holds[slot].stored = t.stored
+                    force = t.force
+                    if turning:
+                        force = tools.turned[tool] * force
+                        arm = offset - tools.turned[tool] * tools.turning.point[tool]
+                        wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
+                    f[i] += force
+                    lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
+                    wp.atomic_sub(reaction, place + tool, force)

@@ -1,58 +1,46 @@
-"""Heat between plies and the tools that press on them: one temperature a vertex."""
+"""Heat between plies and the tools that press on them."""
 
 import warp as wp
 
-from .tool_contact import ToolHold, may_touch
-
-
-@wp.func
-def approached(now: wp.float64, goal: wp.float64, rate: wp.float64, time: wp.float64) -> wp.float64:
-    """Temperature [K] after a time [s] of going to a goal [K] at a rate [1/s]: Ṫ = rate (goal − T).
-
-    Exact, however long the time.
-    """
-    return goal + (now - goal) * wp.exp(-rate * time)
+from .heat import covered
+from .tool_contact import ToolHold, ToolPlane, may_touch
 
 
 @wp.kernel(enable_backward=False)
-def exchange_heat(
+def draw_to_tools(
     first: int,
-    rates: wp.array(dtype=wp.float64),
+    rate: wp.float64,
     tools: wp.array(dtype=wp.float64),
+    turned: wp.array(dtype=wp.mat33d),
     touching: wp.array(dtype=wp.int32),
+    planes: wp.array(dtype=ToolPlane),
     holds: wp.array(dtype=ToolHold),
-    process: wp.array(dtype=wp.float64),
-    step: wp.array(dtype=wp.int32),
-    temperature: wp.array(dtype=wp.float64),
+    pull: wp.array(dtype=wp.vec2d),
+    cover: wp.array(dtype=wp.vec4d),
 ):
-    """Advance the vertices' temperatures by a step; one thread a vertex.
+    """Add the rates at which tools that press draw a ply to their temperatures; a thread a vertex.
 
-    C Ṫ = Σ H (T_tool − T) over the tools that press on it, C the heat capacity and H the contact's
-    conductance, both per area of the ply.
+    A face with a tool near it is covered, pressed or not.
 
     Args:
         first: number of the first vertex.
-        rates: H/C [1/s], shape [vertex]; 0 of plies that keep their temperature.
+        rate: conductance of the contact over the ply's heat capacity [1/s].
         tools: temperatures of the tools, below zero of those that pass no heat [K], shape [tool].
+        turned: rotations of the tools, shape [tool].
         touching: bits of the tools that are near, shape [vertex].
+        planes: tangent planes, shape [tool · vertex].
         holds: memory of the contacts, shape [tool · vertex].
-        process: time of the process before the coming steps and after each [s], shape [step + 1].
-        step: number of the step, shape [1].
-        temperature: [K], shape [vertex]; advanced.
+        pull: rate [1/s], and rate times temperature [K/s], shape [vertex]; accumulated.
+        cover: see `covered`, shape [vertex]; accumulated.
     """
     i = first + wp.tid()
     bits = touching[i]
-    zero = wp.float64(0.0)
-    if bits == 0 or rates[i] == zero:
+    if bits == 0:
         return
-    pressing = wp.float64(0.0)
-    total = wp.float64(0.0)
+    zero = wp.float64(0.0)
     for tool in range(tools.shape[0]):
-        if may_touch(bits, tool) and tools[tool] >= zero:
-            if holds[tool * rates.shape[0] + i].pressing > zero:
-                pressing += wp.float64(1.0)
-                total += tools[tool]
-    if pressing > zero:
-        goal = total / pressing
-        time = process[step[0] + 1] - process[step[0]]
-        temperature[i] = approached(temperature[i], goal, pressing * rates[i], time)
+        if may_touch(bits, tool):
+            slot = tool * touching.shape[0] + i
+            cover[i] = covered(cover[i], turned[tool] * planes[slot].normal)
+            if tools[tool] >= zero and holds[slot].pressing > zero:
+                pull[i] += wp.vec2d(rate, rate * tools[tool])

@@ -1,9 +1,9 @@
-"""Friction between plies by the angle between the warp yarns that touch."""
+"""Friction between plies by the angle between the warp yarns that touch, and their warmth."""
 
 import warp as wp
 
 from .facets import PlyFacets
-from .friction import ANGLE, TABLES, FrictionLaws, Rub, table_factor
+from .friction import ANGLE, TABLES, FrictionLaws, Rub, shifts_with_heat, table_factor
 
 
 @wp.func
@@ -36,7 +36,7 @@ def at_angle(
     facet: int,
     x: wp.array(dtype=wp.vec3d),
 ) -> Rub:
-    """Friction of vertex i on a triangle, by the angle between their warp yarns of now.
+    """Friction of vertex i on a triangle, by the angle between their yarns and their warmth now.
 
     Args:
         laws: all laws.
@@ -49,6 +49,11 @@ def at_angle(
     turned = Rub()
     turned.coefficient = rub.coefficient
     turned.law = rub.law
+    turned.viscosity = rub.viscosity
+    if shifts_with_heat(laws, rub):
+        at = facets.corners[facet]
+        there = (laws.shifts[at[0]] + laws.shifts[at[1]] + laws.shifts[at[2]]) / wp.float64(3.0)
+        turned.viscosity *= wp.float64(0.5) * (laws.shifts[i] + there)
     if rub.law > 0:
         first = (rub.law - 1) * TABLES + ANGLE
         if laws.first[first] < laws.first[first + 1]:

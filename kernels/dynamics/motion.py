@@ -6,6 +6,7 @@ Whatever depends on time reads ``step``, an integer on the device, and tables of
 import warp as wp
 
 from ..contact.tool_pose import TurningTools, rotation
+from ..sweep import Sweep
 
 
 @wp.struct
@@ -19,7 +20,7 @@ class Medium:
 
 @wp.kernel(enable_backward=False)
 def advance_clamped(
-    first: int,
+    sweep: Sweep,
     medium: Medium,
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
@@ -34,12 +35,12 @@ def advance_clamped(
     clamp_work: wp.array(dtype=wp.float64),
     clamp_force: wp.array(dtype=wp.vec3d),
 ):
-    """Advance clamped vertices by a step and clear their ``f``; one thread a vertex.
+    """Advance clamped vertices by a step and clear their ``f``; a sweep.
 
     A clamped vertex follows x = M(step) x_rest + s(step) of its clamp.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
@@ -54,27 +55,27 @@ def advance_clamped(
         clamp_work: work done by the clamps [J], shape [vertex]; accumulated.
         clamp_force: sum over the steps of the force of each clamp [N], shape [clamp]; accumulated.
     """
-    i = first + wp.tid()
-    held = clamp[i]
-    if held < 0:
-        return
-    dt = medium.time_step
-    load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
-    k = held * (clamp_shift.shape[0] // clamp_force.shape[0]) + step[0] + 1
-    target = clamp_matrix[k] * rest[i] + clamp_shift[k]
-    old = v[i]
-    new = (target - x[i]) / dt
-    force = mass[i] * (new - old) / dt - load
-    clamp_work[i] += wp.float64(0.5) * dt * wp.dot(force, old + new)
-    wp.atomic_add(clamp_force, held, force)
-    f[i] = wp.vec3d()
-    v[i] = new
-    x[i] = target
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        held = clamp[i]
+        if held < 0:
+            continue
+        dt = medium.time_step
+        load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
+        k = held * (clamp_shift.shape[0] // clamp_force.shape[0]) + step[0] + 1
+        target = clamp_matrix[k] * rest[i] + clamp_shift[k]
+        old = v[i]
+        new = (target - x[i]) / dt
+        force = mass[i] * (new - old) / dt - load
+        clamp_work[i] += wp.float64(0.5) * dt * wp.dot(force, old + new)
+        wp.atomic_add(clamp_force, held, force)
+        f[i] = wp.vec3d()
+        v[i] = new
+        x[i] = target
 
 
 @wp.kernel(enable_backward=False)
 def advance_vertices(
-    first: int,
+    sweep: Sweep,
     medium: Medium,
     mass: wp.array(dtype=wp.float64),
     added_mass: wp.array(dtype=wp.float64),
@@ -87,12 +88,12 @@ def advance_vertices(
     lost: wp.array(dtype=wp.vec3d),
     runaway: wp.array(dtype=wp.int32),
 ):
-    """Advance free vertices by a step and clear their ``f``; one thread a vertex.
+    """Advance free vertices by a step and clear their ``f``; a sweep.
 
     All its arrays have one dimension: Warp 1.19 then knows their strides, and takes half the time.
 
     Args:
-        first: number of the first vertex.
+        sweep: numbers of the vertices.
         medium: gravity, step.
         mass: shape [vertex] [kg].
         added_mass: what mass scaling added to it, without weight [kg], shape [vertex].
@@ -105,26 +106,26 @@ def advance_vertices(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         runaway: first runaway vertex, −1 while there is none, shape [1].
     """
-    i = first + wp.tid()
-    if clamp[i] >= 0:
-        return
-    one = wp.float64(1.0)
-    half = wp.float64(0.5)
-    dt = medium.time_step
-    rate = rates[step[0]]
-    drag = half * rate * dt
-    load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
-    old = v[i]
-    new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
-    if rate > wp.float64(0.0):
-        mean = half * (old + new)
-        loss = rate * mass[i] * dt * wp.dot(mean, mean)
-        lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
-    if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
-        wp.atomic_cas(runaway, 0, -1, i)
-    f[i] = wp.vec3d()
-    v[i] = new
-    x[i] += dt * new
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        if clamp[i] >= 0:
+            continue
+        one = wp.float64(1.0)
+        half = wp.float64(0.5)
+        dt = medium.time_step
+        rate = rates[step[0]]
+        drag = half * rate * dt
+        load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
+        old = v[i]
+        new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
+        if rate > wp.float64(0.0):
+            mean = half * (old + new)
+            loss = rate * mass[i] * dt * wp.dot(mean, mean)
+            lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
+        if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
+            wp.atomic_cas(runaway, 0, -1, i)
+        f[i] = wp.vec3d()
+        v[i] = new
+        x[i] += dt * new
 
 
 @wp.struct

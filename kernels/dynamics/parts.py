@@ -106,6 +106,22 @@ def take_over(
 
 
 @wp.kernel(enable_backward=False)
+def take_over_each(
+    first: int, theirs: wp.array(dtype=wp.float64), ours: wp.array(dtype=wp.float64)
+):
+    """Add entries of another part to ours and clear them; one thread an entry.
+
+    Args:
+        first: number of the first entry.
+        theirs: any unit; cleared.
+        ours: accumulated.
+    """
+    i = first + wp.tid()
+    ours[i] += theirs[i]
+    theirs[i] = wp.float64(0.0)
+
+
+@wp.kernel(enable_backward=False)
 def raise_to(theirs: wp.array(dtype=wp.float64), ours: wp.array(dtype=wp.float64)):
     """Raise our entries to those of another part; one thread an entry."""
     i = wp.tid()

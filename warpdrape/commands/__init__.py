@@ -1,1 +1,1 @@
-"""Behind the command line: arguments, and scenes by name."""
+"""Behind the command line: running, resuming, scenes by name."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from warpdrape.commands.arguments import whole
 from warpdrape.commands.interrupts import interrupt_kept
 from warpdrape.commands.running import announce_compiling, start_for_runs
+from warpdrape.commands.values import whole
 
 
 def check(arguments: argparse.Namespace) -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warpdrape.approaches import APPROACHES, SLIDING_YARNS
-from warpdrape.commands.arguments import OUT, whole
 from warpdrape.commands.interrupts import interrupt_kept
 from warpdrape.commands.running import announce_compiling, start_for_runs
+from warpdrape.commands.values import OUT, whole
 from warpdrape.errors import InputError, RunFailed, one_of
 from warpdrape.stops import asked_to_end
 

@@ -9,28 +9,10 @@ from warpdrape.errors import InputError
 from warpdrape.results.run_folder import RESULTS, RUN, as_json, partial_path
 from warpdrape.results.run_record import run_record
 from warpdrape.results.run_tables import check_whole, load_json, read_summary
+from warpdrape.results.same_scene import scene_difference
 from warpdrape.setup import Setup
 from warpdrape.stops import asked_to_end
 
-_OF_SCENE = (
-    "scene",
-    "approach",
-    "parameters",
-    "fabrics",
-    "duration_s",
-    "friction",
-    "ply_friction",
-    "process_duration_s",
-    "gravity_m_s2",
-    "numerics",
-    "defect_thresholds",
-    "wanted",
-    "tools",
-    "clamps",
-    "pressures",
-    "springs",
-)
-"""Entries of a run's record that a scene fixes before it runs, the most telling first."""
 _OF_CALL = ("scene", "digest", "extensions")
 
 
@@ -61,9 +43,9 @@ def what_differs(folder: Path, scene: Setup, *, frames: int, device: str) -> str
         way = ", and warpdrape resume goes on with it" if asked_to_end(summary["message"]) else ""
         return f"a run that failed ({summary['message']}{way})"
     wanted: dict[str, Any] = as_json(run_record(scene, None, frames, 1), "run")
-    for name in _OF_SCENE:
-        if record.get(name) != wanted[name]:
-            return _other(name, record.get(name), wanted[name])
+    other = scene_difference(record, scene)
+    if other:
+        return other
     if any(call.get(name) != wanted["call"].get(name) for name in _OF_CALL):
         return "a run of another script, or of the script as it was before"
     if version != wanted["versions"]["warpdrape"]:
@@ -71,11 +53,3 @@ def what_differs(folder: Path, scene: Setup, *, frames: int, device: str) -> str
     if "not_given" not in summary and there != (frames, device):
         return f"a run with frames = {there[0]} on {there[1]}"
     return ""
-
-
-def _other(name: str, there: Any, wanted: Any) -> str:
-    """Name what is other, and of a parameter its value there."""
-    if name == "parameters" and isinstance(there, dict):
-        odd = next(key for key in [*wanted, *there] if there.get(key) != wanted.get(key))
-        return f"a run with {odd} = {there.get(odd)}, not {wanted.get(odd)}"
-    return f"a run with other {name.partition('_')[0]}"

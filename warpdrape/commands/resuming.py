@@ -107,7 +107,9 @@ def complete(folder: Path) -> bool:
     return path.is_file() and record(path).get("status") == "completed"
 
 
-def scene_of(folder: Path, run: Begun, given: str | None) -> SceneScript:
+def scene_of(
+    folder: Path, run: Begun, given: str | None, command: str = "resume {run} --scene SCRIPT"
+) -> SceneScript:
     """Return the run's scene.
 
     A run folder may come from elsewhere, so that it alone never says which code is run: a script
@@ -117,6 +119,7 @@ def scene_of(folder: Path, run: Begun, given: str | None) -> SceneScript:
         folder: of the run.
         run: what it says.
         given: the scene as the user gives it, None to take the run's.
+        command: how to give one, for messages.
 
     Raises:
         InputError: if it is from Python, gone, or another.
@@ -131,7 +134,7 @@ def scene_of(folder: Path, run: Begun, given: str | None) -> SceneScript:
     if run.scene in bundled_scenes():
         return find_script(run.scene)
     path = Path(run.scene)
-    remedy = f"look at it, and name it yourself: warpdrape resume {folder} --scene SCRIPT"
+    remedy = f"look at it, and name it yourself: warpdrape {command.format(run=folder)}"
     if not path.is_absolute() or not path.is_file():
         raise InputError(f"the run's script {path} is not there: {remedy}")
     if path.resolve().is_relative_to(folder.resolve()):

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.cad_file import is_cad
-from warpdrape.commands.scene_template import CLOSING, Draft, script_text
+from warpdrape.commands.scene_draft import Draft
+from warpdrape.commands.scene_template import CLOSING, script_text
 from warpdrape.errors import InputError, positive
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ HOLD = 1.5e3
 """Pressure of the blank holder [Pa]: about that of the bundled presses."""
 MARGIN = 10e-3
 """How far a blank that is not given stays within the mould's border [m]."""
+FLAT, UNUSUAL = 1e-3, 0.01
+"""Height over width below which a mould has no shape, and share of its face that is worth a word
+if it is undercut or lies under something [-]."""
+LIKELY = (30e-3, 5.0)
+"""Widths between which a mould's unit is not doubted [m]."""
 FEWEST = 1.0 / 3.0
 """Size of a blank over the mould's shape below which one of them has another unit [-]."""
 _SIZE = re.compile(r"\s*([\d.]+)\s*[x×]\s*([\d.]+)\s*(mm|cm|m)\s*")
@@ -110,7 +116,8 @@ def _draft(arguments: argparse.Namespace, path: Path) -> tuple[Draft, list[str]]
     if drawn is not None:
         low, high = np.reshape(drawn.bounds, (2, 2))
         sizes = (float(high[0] - low[0]), float(high[1] - low[1]))
-    told += _checked_against(mould, sizes)
+    if arguments.blank:
+        told += _checked_against(mould, sizes)
     thickness = len(angles) * fabric.thickness
     force, words = _force(arguments.holder, mould, thickness)
     told += words
@@ -193,12 +200,39 @@ def _mould(arguments: argparse.Namespace, tolerance: float) -> tuple[Mould, list
         f"Mould: {file} {states}: a {mould.kind} mould with {rim}, "
         f"{size(mould.tool.vertices)}, {len(mould.tool.triangles):,} facets"
     ]
-    if mould.face.hidden > 0.01:
-        told.append(
-            f"{100 * mould.face.hidden:.0f} % of what faces up lies under something else, and is "
-            "left out: is it the right way --up?"
+    return mould, told + _doubts(mould, arguments.kind)
+
+
+def _doubts(mould: Mould, kind: str | None) -> list[str]:
+    """What of a mould may not be what its owner meant.
+
+    Raises:
+        InputError: if what faces up has no shape.
+    """
+    face, sizes = mould.face, np.ptp(mould.tool.vertices, axis=0)
+    width, height = float(sizes[:2].max()), float(sizes[2])
+    if height < FLAT * width:
+        raise InputError(
+            f"what faces up of the mould is flat, {1e3 * height:.2g} mm high: it may lie upside "
+            "down; give another --up, such as --up=-z"
         )
-    return mould, told
+    told = []
+    if not LIKELY[0] <= width <= LIKELY[1]:
+        told.append(f"It is {1e3 * width:.4g} mm across: look whether {mould.unit} is its unit.")
+    if face.hidden > UNUSUAL:
+        told.append(
+            f"{100 * face.hidden:.0f} % of what faces up lies under something else, and is left "
+            "out: is it the right way --up?"
+        )
+    if face.undercut > UNUSUAL:
+        told.append(
+            f"{100 * face.undercut:.0f} % of it is undercut, looks down, and is left out: no tool "
+            "that comes from above reaches it, and no part comes off."
+        )
+    looks = "female" if face.hollow else "male"
+    if kind is not None and kind != looks:
+        told.append(f"It looks like a {looks} mould; {kind} was asked for.")
+    return told
 
 
 def _sizes(file: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -17,38 +17,41 @@ from warpdrape.contact.pressure import LOWER, UPPER, depths_now, on_corners
 from warpdrape.contact.self_contact import flat_plies
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.contact.stack import ply_stack
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import edge_contact as kernels
 from warpdrape.kernels.contact import ridges
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
-from warpdrape.kernels.contact.edge_contact import Sheets
+from warpdrape.kernels.contact.edge_contact import EdgeSlots
+from warpdrape.kernels.contact.edge_search import Sheets
+from warpdrape.kernels.contact.ridges import Ridges
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeContactMemory(SlotMemory):
-    """What contact of edges remembers; a slot is an edge.
+    """What contact of edges remembers; a slot is an edge, a pair two plies or a ply and itself.
 
     Attributes:
-        seen: of the searches, shape [edge].
         ridges: to which side edges stick out, shape [edge].
         pressing: whether an edge may touch before the next search, shape [edge].
         watched: whether edges of a vertex are ridges or touch, shape [vertex].
         touching: whether they may touch before the next search, shape [vertex].
-        deepest: deepest that each ply's edges have pressed into each ply's [m], shape [ply · ply].
-        jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
-    seen: wp.array
     ridges: wp.array
     pressing: wp.array
     watched: wp.array
     touching: wp.array
-    deepest: wp.array
-    jump: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
+
+    @property
+    def kept(self) -> EdgeSlots:
+        """For the kernels."""
+        kept = EdgeSlots()
+        kept.memory, kept.slots, kept.pressing = self.seen, self.slots, self.pressing
+        kept.deepest, kept.jump = self.deepest, self.jump
+        return kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +87,11 @@ class EdgeContact:
         pairs, device = len(self.scene.plies) ** 2, self.device
         edges, vertices = self.sheets.edges.ends.shape[0], self.mass.shape[0]
         return EdgeContactMemory(
-            **SlotMemory.empty(edges, device),
-            seen=wp.zeros(edges, dtype=kernels.EdgeMemory, device=device),
+            **SlotMemory.empty(edges, pairs, kernels.EdgeMemory, device),
             ridges=wp.zeros(edges, dtype=wp.int32, device=device),
             pressing=wp.zeros(edges, dtype=wp.int32, device=device),
             watched=wp.zeros(vertices, dtype=wp.int32, device=device),
             touching=wp.zeros(vertices, dtype=wp.int32, device=device),
-            deepest=wp.zeros(pairs, dtype=wp.float64, device=device),
-            jump=wp.zeros(pairs, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: EdgeContactMemory) -> Launches:
@@ -99,16 +99,16 @@ class EdgeContact:
         plies, part = bodies.plies, share.number
         own = [(number, run) for number, runs in enumerate(share.by_ply) for run in runs]
         return Launches(
-            copy=tuple(self._mark(run, plies, memory) for _, run in own),
+            copy=tuple(self._mark(run, plies, memory) for run in share.vertices),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
-            scatter=tuple(self._forces(run, plies, memory) for _, run in own),
+            scatter=tuple(self._forces(run, plies, memory) for run in share.vertices),
         )
 
-    def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
-        inputs = [run.first, self.sheets.facets, self.sheets.edges, plies.x, memory.pressing]
+    def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Swept:
+        inputs = [self.sheets.facets, self.sheets.edges, plies.x, memory.pressing]
         outputs = [memory.ridges, memory.watched]
-        return Launch(ridges.find_ridges, run.count, inputs, outputs)
+        return Swept(ridges.find_ridges, run, inputs, outputs)
 
     def _find(
         self,
@@ -119,32 +119,20 @@ class EdgeContact:
         memory: EdgeContactMemory,
         *,
         asking: bool,
-    ) -> Launch:
-        scene = self.scene
-        thickness = thickest(scene)
-        inputs = [
-            self.law,
-            self.laws,
-            ply_search(scene, self.timing, plies, part, thickness, asking=asking),
-            self.sheets,
-            number,
-            int(scene.touches_itself(scene.plies[number])),
-            run.first,
-            self.mass,
-            plies.x,
-            self.hollows,
-            memory.ridges,
-        ]
-        outputs = [memory.seen, memory.slots, memory.pressing, memory.watched, memory.touching]
-        outputs += [plies.lost, memory.deepest, memory.jump]
-        return Launch(kernels.find_edge_contacts, run.count, inputs, outputs)
+    ) -> Swept:
+        thickness = thickest(self.scene)
+        search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
+        now = Ridges()
+        now.x, now.hollows, now.ways = plies.x, self.hollows, memory.ridges
+        inputs = [self.law, self.laws, search, self.sheets, now, number, memory.watched]
+        outputs = [memory.kept, memory.touching, plies.lost]
+        return Swept(kernels.find_edge_contacts, run, inputs, outputs)
 
     def _forces(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Launch:
         inputs = [self.law, self.laws, self.sheets.edges, run.first, plies.x, plies.v]
-        inputs += [memory.touching, memory.pressing, memory.seen]
-        return Launch(
-            kernels.add_edge_forces, run.count, inputs, [memory.slots, plies.f, plies.lost]
-        )
+        inputs += [memory.touching]
+        outputs = [memory.kept, plies.f, plies.lost]
+        return Launch(kernels.add_edge_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: EdgeContactMemory) -> Measured:
         """Energy in contact springs and friction springs, pressure, and depth of each pair."""
@@ -166,31 +154,31 @@ class EdgeContact:
         x, contacts, seen = (a.numpy() for a in (bodies.plies.x, memory.contacts, memory.seen))
         ends, share = self.sheets.edges.ends.numpy(), seen["share"][:, None]
         points = (1.0 - share) * x[ends[:, 0]] + share * x[ends[:, 1]]
-        depths = depths_now(contacts, points, x) - contacts["allowance"]
-        slip = memory.slip.numpy()
-        count = len(self.scene.plies)
-        deepest, jump = (a.numpy().reshape(count, count) for a in (memory.deepest, memory.jump))
+        (near,) = np.nonzero(contacts["near"])
+        depths = (depths_now(contacts, points, x) - contacts["allowance"])[near]
         firsts = [span.first_vertex for span in self.spans]
         own, other = (
-            np.searchsorted(firsts, at, side="right") - 1 for at in (ends[:, 0], contacts["a"])
+            np.searchsorted(firsts, at[near], side="right") - 1
+            for at in (ends[:, 0], contacts["a"])
         )
-        entries = []
-        for one, two in np.ndindex(count, count):
-            met = (own == one) & (other == two) & (contacts["near"] == 1)
-            depth = max(float(deepest[one, two]), float(depths[met].max(initial=0.0)))
-            if depth <= 0.0 and not (stored[met] > 0.0).any():
-                continue
-            entries.append(
-                {
-                    "edges_of": self.scene.plies[one].name,
-                    "on": self.scene.plies[two].name,
-                    "touching_edges": int((stored[met] > 0.0).sum()),
-                    "max_slip_m": float(slip[met].max(initial=0.0)),
-                    "max_penetration_m": depth,
-                    "max_gap_jump_m": float(jump[one, two]),
-                }
-            )
-        return entries
+        count = len(self.scene.plies)
+        pair = own * count + other
+        touching = np.bincount(pair, stored[near] > 0.0, count**2)
+        deepest, slip = memory.deepest.numpy().copy(), np.zeros(count**2)
+        np.maximum.at(deepest, pair, depths)
+        np.maximum.at(slip, pair, memory.slip.numpy()[near])
+        jump = memory.jump.numpy()
+        return [
+            {
+                "edges_of": self.scene.plies[met // count].name,
+                "on": self.scene.plies[met % count].name,
+                "touching_edges": int(touching[met]),
+                "max_slip_m": float(slip[met]),
+                "max_penetration_m": float(deepest[met]),
+                "max_gap_jump_m": float(jump[met]),
+            }
+            for met in np.flatnonzero((deepest > 0.0) | (touching > 0.0)).tolist()
+        ]
 
     def _pressing(self, memory: EdgeContactMemory) -> np.ndarray:
         """Normal forces on lower and upper faces [N], shape [2, vertex]."""
@@ -231,12 +219,15 @@ def build(
     """
     if len(scene.plies) == 1 and not scene.touches_itself(scene.plies[0]):
         return None
-    sheets = kernels.Sheets()
+    sheets = Sheets()
     triangles = [ply.mesh.triangles for ply in scene.plies]
     sheets.facets, sheets.patches = surfaces.facets, surfaces.patches
     sheets.edges = build_edges(triangles, spans, device)
     sheets.flat = flat_plies(scene.plies, pads, device)
     sheets.stack = ply_stack(scene, surfaces, spans, pads, device)
+    folds = [int(scene.touches_itself(ply)) for ply in scene.plies]
+    sheets.folds = wp.array(folds, dtype=wp.int32, device=device)
+    sheets.mass = mass
     law = contact_law(scene, timing.time_step, device)
     hollows = surfaces.hollows
     return EdgeContact(device, scene, timing, mass, spans, sheets, hollows, law, pads.laws)

@@ -22,8 +22,9 @@ def friction_laws(scene: Setup, device: str) -> FrictionLaws:
     laws.points = wp.array(points, dtype=wp.vec2d, device=device)
     first = np.cumsum([0, *map(len, tables)])
     laws.first = wp.array(first, dtype=wp.int32, device=device)
-    viscosity = [law.viscosity for law in varying] or [0.0]
-    laws.viscosity = wp.array(viscosity, dtype=wp.float64, device=device)
+    shifted = [int(law.shifted) for law in varying] or [0]
+    laws.shifted = wp.array(shifted, dtype=wp.int32, device=device)
+    laws.shifts = wp.array(first_shifts(scene), dtype=wp.float64, device=device)
     warps = np.zeros((1, 2))
     if any(law.by_angle for law in varying):
         warps = np.concatenate(
@@ -38,6 +39,18 @@ def friction_laws(scene: Setup, device: str) -> FrictionLaws:
     return laws
 
 
+def first_shifts(scene: Setup) -> np.ndarray:
+    """Shift factors of the plies' matrices as they are laid in, 1 of dry ones, shape [vertex].
+
+    Where none is asked for it has one entry: no array may be empty.
+    """
+    if not any(law.shifted for law in scene.friction_laws):
+        return np.ones(1)
+    matrices = [(ply, ply.fabric.matrix) for ply in scene.plies]
+    factors = [1.0 if of is None else of.factor(ply.warmth) for ply, of in matrices]
+    return np.repeat(factors, [len(ply.mesh.vertices) for ply in scene.plies])
+
+
 def rubs(scene: Setup, frictions: Sequence[Friction], device: str) -> wp.array:
     """Frictions of interfaces for the kernels, in their order.
 
@@ -49,6 +62,7 @@ def rubs(scene: Setup, frictions: Sequence[Friction], device: str) -> wp.array:
     array = np.zeros(len(frictions), dtype=Rub.numpy_dtype())
     array["coefficient"] = [friction.coefficient for friction in frictions]
     array["law"] = [_number(scene, friction) for friction in frictions]
+    array["viscosity"] = [friction.viscosity for friction in frictions]
     return wp.array(array, dtype=Rub, device=device)
 
 
@@ -57,6 +71,7 @@ def rub(scene: Setup, friction: Friction) -> Rub:
     one = Rub()
     one.coefficient = friction.coefficient
     one.law = _number(scene, friction)
+    one.viscosity = friction.viscosity
     return one
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from warpdrape.contact.partners import Partners
 from warpdrape.contact.pressure import LOWER, UPPER, on_corners
+from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Span
 
 if TYPE_CHECKING:
-    from warpdrape.contact.ply_contact import PlyLook, PlyMemory
+    from warpdrape.contact.ply_contact import PlyLook
 
 
 class Met(NamedTuple):
@@ -29,7 +30,7 @@ Forces = Mapping[Met, tuple[np.ndarray, np.ndarray]]
 
 
 def forces_of_pairs(
-    looks: Sequence[PlyLook], spans: Sequence[Span], memory: PlyMemory, vertices: int
+    looks: Sequence[PlyLook], spans: Sequence[Span], memory: SlotMemory, vertices: int
 ) -> Forces:
     """Normal forces between plies by pair.
 
@@ -71,7 +72,7 @@ def interface_entries(
     looks: Sequence[PlyLook],
     spans: Sequence[Span],
     partners: Partners,
-    memory: PlyMemory,
+    memory: SlotMemory,
     depths: np.ndarray,
     met: Forces,
     areas: np.ndarray,

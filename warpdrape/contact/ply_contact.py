@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -12,17 +12,18 @@ from warpdrape.contact.compaction import Pads
 from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.partners import Partners, find_partners
+from warpdrape.contact.ply_heat import PlyHeat, ply_heat
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import depths_now, vertex_shapes
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.contact.stack import ply_stack
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import ply_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.ply_contact import PlyStack
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing
 
 
@@ -42,24 +43,8 @@ class PlyLook:
 
 
 @dataclass(frozen=True, eq=False)
-class PlyMemory(SlotMemory):
-    """What contact between plies remembers; a slot is a vertex and the plies on one side of it.
-
-    Attributes:
-        seen: of the searches, shape [slot].
-        deepest: deepest penetration of each ply's vertices into each ply [m], shape [ply · ply].
-        jump: largest penetration that a jump of the gap allowed [m], likewise.
-    """
-
-    seen: wp.array
-    deepest: wp.array
-    jump: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
-
-
-@dataclass(frozen=True, eq=False)
 class PlyContact:
-    """Contact of all plies with each other.
+    """Contact of all plies with each other; a slot is a vertex and the plies on one side of it.
 
     Attributes:
         device: Warp device.
@@ -73,6 +58,7 @@ class PlyContact:
         partners: which places lay on each other.
         law: the contact law.
         laws: of compaction.
+        heat: what passes between them, None where none cools.
     """
 
     device: str
@@ -86,21 +72,17 @@ class PlyContact:
     partners: Partners
     law: ContactLaw
     laws: CompactionLaws
+    heat: PlyHeat | None
     name: str = "ply contact"
     searches: str = "ply search"
 
-    def start(self) -> PlyMemory:
+    def start(self) -> SlotMemory:
         """Nothing found yet."""
         slots = sum(self.spans[look.searching].vertex_count for look in self.looks)
-        pairs, device = len(self.scene.plies) ** 2, self.device
-        return PlyMemory(
-            **SlotMemory.empty(slots, device),
-            seen=wp.zeros(slots, dtype=on_ply.PlyMemory, device=device),
-            deepest=wp.zeros(pairs, dtype=wp.float64, device=device),
-            jump=wp.zeros(pairs, dtype=wp.float64, device=device),
-        )
+        pairs = len(self.scene.plies) ** 2
+        return SlotMemory(**SlotMemory.empty(slots, pairs, on_ply.PlyMemory, self.device))
 
-    def launches(self, share: Share, bodies: Bodies, memory: PlyMemory) -> Launches:
+    def launches(self, share: Share, bodies: Bodies, memory: SlotMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
         part = share.number
         looks = [(look, run) for look in self.looks for run in share.by_ply[look.searching]]
@@ -109,7 +91,8 @@ class PlyContact:
             walk=tuple(
                 self._find(*look, part, bodies.plies, memory, asking=False) for look in looks
             ),
-            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks),
+            scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks)
+            + self._heat(looks, bodies, memory),
         )
 
     def _slot(self, look: PlyLook, run: Run) -> int:
@@ -121,10 +104,10 @@ class PlyContact:
         run: Run,
         part: int,
         plies: PlyState,
-        memory: PlyMemory,
+        memory: SlotMemory,
         *,
         asking: bool,
-    ) -> Launch:
+    ) -> Swept:
         thickness = thickest(self.scene)
         inputs = [
             self.law,
@@ -134,7 +117,6 @@ class PlyContact:
             self.stack,
             look.searching,
             look.way,
-            run.first,
             self._slot(look, run),
             self.mass,
             plies.x,
@@ -142,21 +124,33 @@ class PlyContact:
             self.surfaces.hollows,
         ]
         outputs = [memory.seen, memory.slots, plies.lost, memory.deepest, memory.jump]
-        return Launch(kernels.find_ply_contacts, run.count, inputs, outputs)
+        return Swept(kernels.find_ply_contacts, run, inputs, outputs)
 
-    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: PlyMemory) -> Launch:
+    def _forces(self, look: PlyLook, run: Run, plies: PlyState, memory: SlotMemory) -> Swept:
         inputs = [
             self.law,
             self.laws,
-            run.first,
             self._slot(look, run),
             plies.x,
             plies.v,
         ]
         outputs = [memory.slots, plies.f, plies.lost]
-        return Launch(kernels.add_ply_forces, run.count, inputs, outputs)
+        return Swept(kernels.add_ply_forces, run, inputs, outputs)
 
-    def measure(self, bodies: Bodies, memory: PlyMemory) -> Measured:
+    def _heat(
+        self, looks: Sequence[tuple[PlyLook, Run]], bodies: Bodies, memory: SlotMemory
+    ) -> tuple[Launch, ...]:
+        if self.heat is None:
+            return ()
+        return tuple(
+            launch
+            for look, run in looks
+            for launch in self.heat.launches(
+                look.searching, run, self._slot(look, run), bodies, memory.seen, memory.slots
+            )
+        )
+
+    def measure(self, bodies: Bodies, memory: SlotMemory) -> Measured:
         """Energy in contact springs and friction springs; pressure, slip, depth of each pair."""
         x = bodies.plies.x.numpy()
         normals, areas = vertex_shapes(x, self.surfaces.facets.corners.numpy())
@@ -222,6 +216,7 @@ def build(
         find_partners(scene.plies, surfaces),
         contact_law(scene, timing.time_step, device),
         pads.laws,
+        ply_heat(scene, timing, device),
     )
 
 

@@ -11,7 +11,7 @@ import warp as wp
 from warpdrape.contact.folds import cut_into_patches
 from warpdrape.contact.law import near_reach
 from warpdrape.contact.ply_facets import build_facets
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import look_ahead
 from warpdrape.kernels.contact import ply_surfaces as kernels
 from warpdrape.kernels.contact.facets import PlyFacets
@@ -77,14 +77,14 @@ class PlySurfaces:
         x = plies.x
         prepare = [Launch(look_ahead.forget_speed, 1, [part], [plies.speeds])]
         measure = [self._set_pace(part, plies)]
-        for first, count in share.vertices:
-            inputs = [first, part, plies.v]
-            prepare.append(Launch(look_ahead.find_speed, count, inputs, [plies.speeds]))
+        for run in share.vertices:
+            inputs = [part, plies.v]
+            prepare.append(Swept(look_ahead.find_speed, run, inputs, [plies.speeds]))
             if self.shapes:
-                inputs, outputs = [first, self.facets, x], [self.normals]
-                prepare.append(Launch(kernels.compute_vertex_normals, count, inputs, outputs))
-                inputs = [first, self.facets, x, self.normals]
-                measure.append(Launch(kernels.compute_hollows, count, inputs, [self.hollows]))
+                inputs, outputs = [self.facets, x], [self.normals]
+                prepare.append(Swept(kernels.compute_vertex_normals, run, inputs, outputs))
+                inputs = [self.facets, x, self.normals]
+                measure.append(Swept(kernels.compute_hollows, run, inputs, [self.hollows]))
         copy = [
             Launch(
                 kernels.copy_to_single,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 LOWER, UPPER = 0, 1
@@ -49,13 +51,18 @@ def vertex_shapes(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
         x: positions [m], shape [n, 3].
         triangles: vertices, shape [m, 3].
     """
-    a, b, c = (x[triangles[:, corner]] for corner in range(3))
-    cross = np.cross(b - a, c - a)
+    columns = np.ascontiguousarray(x.T)  # sums over rows of three are slow in numpy
+    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
+    (ux, uy, uz), (vx, vy, vz) = b - a, c - a
+    cross = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx]
     count, corners = len(x), triangles.T.ravel()
-    areas = np.bincount(
-        corners, weights=np.tile(np.linalg.norm(cross, axis=1) / 6.0, 3), minlength=count
+    areas, *normals = (
+        np.bincount(corners, weights=np.tile(part, 3), minlength=count)
+        for part in (_length(cross) / 6.0, *cross)
     )
-    normals = np.stack(
-        [np.bincount(corners, weights=np.tile(part, 3), minlength=count) for part in cross.T], 1
-    )
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True), areas
+    return np.stack(normals / _length(normals), axis=1), areas
+
+
+def _length(vector: Sequence[np.ndarray]) -> np.ndarray:
+    x, y, z = vector
+    return np.sqrt(x * x + y * y + z * z)

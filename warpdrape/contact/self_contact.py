@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -22,14 +21,14 @@ from warpdrape.contact.pressure import (
     vertex_shapes,
 )
 from warpdrape.contact.slots import SlotMemory
-from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span, Swept
 from warpdrape.kernels.contact import folds
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.folds import Patches
-from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf
+from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf, SelfSlots
 from warpdrape.setup import Setup
-from warpdrape.state import Across, Apart, PlyState
+from warpdrape.state import PlyState
 from warpdrape.timing import Timing
 
 THICKNESSES_APART = 4.0
@@ -42,20 +41,21 @@ SIDES_APART = 1.25
 
 @dataclass(frozen=True, eq=False)
 class SelfContactMemory(SlotMemory):
-    """What it remembers; a slot is a vertex and a side of its ply.
+    """What it remembers; a slot is a vertex and a side of its ply, a pair a ply and itself.
 
     Attributes:
-        seen: the triangle last seen plus one, shape [slot].
         pressing: whether a vertex may touch before the next search, shape [vertex].
-        deepest: deepest penetration of each ply into itself [m], shape [ply].
-        jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
-    seen: wp.array
     pressing: wp.array
-    deepest: wp.array
-    jump: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
+
+    @property
+    def kept(self) -> SelfSlots:
+        """For the kernels."""
+        kept = SelfSlots()
+        kept.seen, kept.slots, kept.pressing = self.seen, self.slots, self.pressing
+        kept.deepest, kept.jump = self.deepest, self.jump
+        return kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,37 +95,34 @@ class SelfContact:
         slots, plies = 2 * sum(ply.vertices for ply in self.plies), len(self.scene.plies)
         device = self.device
         return SelfContactMemory(
-            **SlotMemory.empty(slots, device),
-            seen=wp.zeros(slots, dtype=wp.int32, device=device),
+            **SlotMemory.empty(slots, plies, wp.int32, device),
             pressing=wp.zeros(self.mass.shape[0], dtype=wp.int32, device=device),
-            deepest=wp.zeros(plies, dtype=wp.float64, device=device),
-            jump=wp.zeros(plies, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
         """Searches of a part's own vertices, and the forces of what they found."""
         plies, part = bodies.plies, share.number
         own = [(ply, run) for ply in self.plies for run in share.by_ply[ply.number]]
+        marked = self.plies if self.scene.numerics.contact == "fast" else ()
+        in_care = [ply for ply in marked if ply.number in share.plies]
         return Launches(
-            copy=tuple(
-                launch
-                for ply in self.plies
-                if ply.number in share.plies and self.scene.numerics.contact == "fast"
-                for launch in self._mark(ply, part, plies)
-            ),
+            copy=tuple(self._bound(ply, plies) for ply in in_care),
+            measure=tuple(self._mark(ply, part, plies) for ply in in_care),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
             scatter=tuple(self._forces(*each, plies, memory) for each in own),
         )
 
-    def _mark(self, ply: SearchedSelf, part: int, plies: PlyState) -> tuple[Launch, Launch]:
+    def _bound(self, ply: SearchedSelf, plies: PlyState) -> Launch:
         first, count = self.runs[ply.number]
-        thickness = ply.thickness
-        search = ply_search(self.scene, self.timing, plies, part, thickness, asking=True)
         inputs = [self.surfaces.facets, plies.x, first]
-        bound = Launch(folds.bound_patches, count, inputs, [self.patches])
-        inputs = [self.patches, first, count, search]
-        return bound, Launch(folds.mark_folds, count, inputs, [])
+        return Launch(folds.bound_patches, count, inputs, [self.patches])
+
+    def _mark(self, ply: SearchedSelf, part: int, plies: PlyState) -> Launch:
+        """Comes after the pace of this search is set, which the plies' surfaces do."""
+        first, count = self.runs[ply.number]
+        search = ply_search(self.scene, self.timing, plies, part, ply.thickness, asking=True)
+        return Launch(folds.mark_folds, count, [self.patches, first, count, search], [])
 
     def _find(
         self,
@@ -136,20 +133,19 @@ class SelfContact:
         memory: SelfContactMemory,
         *,
         asking: bool,
-    ) -> Launch:
+    ) -> Swept:
         thickness = ply.thickness
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
-        inputs += [self.patches, run.first, self.mass, plies.x]
-        outputs = [memory.seen, memory.slots, memory.pressing]
-        outputs += [plies.lost, memory.deepest, memory.jump]
-        return Launch(kernels.find_self_contacts, run.count, inputs, outputs)
+        inputs += [self.patches, self.mass, plies.x]
+        outputs = [memory.kept, plies.lost]
+        return Swept(kernels.find_self_contacts, run, inputs, outputs)
 
     def _forces(
         self, ply: SearchedSelf, run: Run, plies: PlyState, memory: SelfContactMemory
     ) -> Launch:
-        inputs = [self.law, self.laws, ply, run.first, plies.x, plies.v, memory.pressing]
-        outputs = [memory.slots, plies.f, plies.lost]
+        inputs = [self.law, self.laws, ply, run.first, plies.x, plies.v]
+        outputs = [memory.kept, plies.f, plies.lost]
         return Launch(kernels.add_self_forces, run.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: SelfContactMemory) -> Measured:

@@ -1,21 +1,25 @@
-"""What contacts of vertices with plies remember, be it another ply or their own."""
+"""What contacts with plies remember: of vertices with another ply or their own, and of edges."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import warp as wp
 
 from warpdrape.kernels.contact import on_ply
+from warpdrape.state import Across, Apart
+
+OF_SLOTS = ("contacts", "springs", "dashpots", "stored", "forces", "slip", "spent")
+"""Fields that are `warpdrape.kernels.contact.on_ply.Slots` for the kernels."""
 
 
 @dataclass(frozen=True, eq=False)
 class SlotMemory:
-    """Arrays of the slots, as `warpdrape.kernels.contact.on_ply.Slots` describes them.
+    """Arrays of the slots, and how deep what is in them has been in each other.
 
     Attributes:
-        contacts: the nearest triangle, shape [slot].
+        contacts: the nearest triangle, or edge, shape [slot].
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
@@ -23,6 +27,9 @@ class SlotMemory:
         slip: way slid [m], shape [slot].
         spent: what a contact has lost since it came near, less what was taken back [J],
             shape [slot].
+        seen: of the searches, shape [slot].
+        deepest: deepest penetration of each two that meet [m], shape [pair].
+        jump: largest penetration that a jump of the gap allowed [m], likewise.
     """
 
     contacts: wp.array
@@ -32,20 +39,32 @@ class SlotMemory:
     forces: wp.array
     slip: wp.array
     spent: wp.array
+    seen: wp.array
+    deepest: wp.array
+    jump: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "jump": Across.LARGEST}
 
     @staticmethod
-    def empty(count: int, device: str) -> dict[str, wp.array]:
-        """Arrays of so many slots in which nothing is touched, by name."""
-        kinds: dict[str, Any] = {"contacts": on_ply.PlyContact, "springs": wp.vec3d}
+    def empty(slots: int, pairs: int, seen: Any, device: str) -> dict[str, wp.array]:
+        """Arrays in which nothing is touched, by name.
+
+        Args:
+            slots: so many.
+            pairs: so many that may meet.
+            seen: type of what a search remembers.
+            device: Warp device.
+        """
+        kinds: dict[str, Any] = {"contacts": on_ply.PlyContact, "springs": wp.vec3d, "seen": seen}
+        sizes = dict.fromkeys((*OF_SLOTS, "seen"), slots) | {"deepest": pairs, "jump": pairs}
         return {
-            each.name: wp.zeros(count, dtype=kinds.get(each.name, wp.float64), device=device)
-            for each in fields(SlotMemory)
+            name: wp.zeros(size, dtype=kinds.get(name, wp.float64), device=device)
+            for name, size in sizes.items()
         }
 
     @property
     def slots(self) -> on_ply.Slots:
         """For the kernels."""
         slots = on_ply.Slots()
-        for each in fields(SlotMemory):
-            setattr(slots, each.name, getattr(self, each.name))
+        for name in OF_SLOTS:
+            setattr(slots, name, getattr(self, name))
         return slots

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
 import warp as wp
 
-from warpdrape.interaction import Bodies, Launch, Run
-from warpdrape.kernels.contact.tool_heat import exchange_heat
+from warpdrape.interaction import Bodies, Launch, Share
+from warpdrape.kernels.contact.tool_heat import draw_to_tools
 from warpdrape.setup import Setup
 
 PASSES_NONE = -1.0
@@ -19,40 +18,36 @@ PASSES_NONE = -1.0
 class ToolHeat(NamedTuple):
     """What decides how fast plies cool on tools."""
 
-    rates: wp.array
-    """Conductance over heat capacity [1/s], shape [vertex]; 0 of plies that do not cool."""
+    rates: Mapping[int, float]
+    """Conductance over heat capacity [1/s] of plies that cool, by number."""
     tools: wp.array
     """Temperatures of the tools [K], shape [tool]; `PASSES_NONE` of those that pass no heat."""
 
     def launches(
-        self, vertices: Sequence[Run], bodies: Bodies, touching: wp.array, holds: wp.array
+        self, share: Share, bodies: Bodies, touching: wp.array, planes: wp.array, holds: wp.array
     ) -> tuple[Launch, ...]:
-        """For runs of vertices, after the contacts' forces.
+        """For a part's vertices, after the contacts' forces.
 
         Args:
-            vertices: the runs.
-            bodies: plies, and the clock of the process.
+            share: the part's.
+            bodies: plies and tools.
             touching: bits of the tools that are near, shape [vertex].
+            planes: tangent planes, shape [slot].
             holds: memory of the contacts, shape [slot].
         """
-        inputs = [self.rates, self.tools, touching, holds, bodies.loads.process, bodies.step]
-        outputs = [bodies.heat.temperature]
+        inputs = [self.tools, bodies.tools.turned, touching, planes, holds]
+        outputs = [bodies.heat.pull, bodies.heat.cover]
         return tuple(
-            Launch(exchange_heat, count, [first, *inputs], outputs) for first, count in vertices
+            Launch(draw_to_tools, run.count, [run.first, rate, *inputs], outputs)
+            for number, rate in self.rates.items()
+            for run in share.by_ply[number]
         )
 
 
 def tool_heat(scene: Setup, device: str) -> ToolHeat | None:
     """Put what cools plies on a device; None where none cools."""
-    if not any(map(scene.cools, scene.plies)):
+    rates = {number: heat.rate for number, heat in scene.cooling.items()}
+    if not rates:
         return None
-    rates = []
-    for ply in scene.plies:
-        matrix = ply.fabric.matrix
-        holds = None if matrix is None else matrix.heat
-        rates.append(np.full(len(ply.mesh.vertices), 0.0 if holds is None else holds.rate))
     tools = [PASSES_NONE if t.temperature is None else t.temperature for t in scene.tools]
-    return ToolHeat(
-        wp.array(np.concatenate(rates), dtype=wp.float64, device=device),
-        wp.array(tools, dtype=wp.float64, device=device),
-    )
+    return ToolHeat(rates, wp.array(tools, dtype=wp.float64, device=device))

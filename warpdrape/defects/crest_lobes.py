@@ -91,9 +91,10 @@ def _turning(
     tested = region & (np.abs(waves.filtered) / waves.gain >= NEAR_CREST * waves.amplitude)
     crest = np.zeros(len(region), dtype=bool)
     crest[tested] = near.are_crests(waves, np.flatnonzero(tested))
-    of_triangles = smoothing.mesh.triangles
-    means = smoothing.at_vertices @ np.stack([crest, tested], axis=1)[of_triangles].mean(axis=1)
-    means = smoothing.at_vertices @ means[of_triangles].mean(axis=1)
+    means = np.stack([crest, tested], axis=1).astype(float)
+    for _ in range(2):
+        a, b, c = (means[corner] for corner in smoothing.mesh.triangles.T)  # faster than by rows
+        means = smoothing.at_vertices @ ((a + b + c) / 3.0)
     return region & (means[:, 0] >= MOST_OF_THEM * means[:, 1]) & (means[:, 0] > 0.0)
 
 

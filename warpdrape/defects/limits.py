@@ -6,10 +6,11 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import InputError, nearest, positive
 from warpdrape.materials.fabric_units import si_factor
 
@@ -24,6 +25,7 @@ _QUANTITIES = {
     "fibre_volume_fraction": "ratio",
 }
 _TABLES = ("misalignment_deg", "coverage")
+_THRESHOLDS = "thresholds"
 _WITH_UNIT = re.compile(r"\s*([-+0-9.eE]+)\s*(\S.*?)\s*")
 
 
@@ -103,7 +105,7 @@ def read_limits(path: str | os.PathLike[str]) -> Limits:
     """Read a file of limits.
 
     A number is in SI, or has its unit in a text: ``wrinkle_amplitude = "1 mm"``. A limit that the
-    file does not name is not judged.
+    file does not name is not judged. A table ``[thresholds]`` is for `read_thresholds`.
 
     Args:
         path: the TOML file.
@@ -112,16 +114,14 @@ def read_limits(path: str | os.PathLike[str]) -> Limits:
         InputError: it cannot be read, or has an unknown key or an unusable value.
     """
     file = Path(path)
-    try:
-        given = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"limits {file} cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"limits {file}: not valid TOML: {error}") from error
+    given = _table_of(file)
+    given.pop(_THRESHOLDS, None)
     known = [each.name for each in fields(Limits)]
     for key in given:
         if key not in known:
-            raise InputError(f"limits {file}: key {key!r} is unknown{nearest(key, known)}")
+            raise InputError(
+                f"limits {file}: key {key!r} is unknown{nearest(key, [*known, _THRESHOLDS])}"
+            )
     values: dict[str, Any] = dict.fromkeys(_QUANTITIES)
     for key, value in given.items():
         values[key] = value if key in _TABLES else _in_si(file, key, value)
@@ -129,6 +129,48 @@ def read_limits(path: str | os.PathLike[str]) -> Limits:
         return Limits(**values)
     except InputError as error:
         raise InputError(f"limits {file}: {error}") from None
+
+
+def read_thresholds(path: str | os.PathLike[str], run: DefectThresholds) -> DefectThresholds | None:
+    """Read the table ``[thresholds]`` of a file of limits: what counts as a defect.
+
+    Args:
+        path: the TOML file.
+        run: the run's own, which hold where the table says nothing.
+
+    Returns:
+        The thresholds; None where the file has no such table.
+
+    Raises:
+        InputError: as `read_limits`, of this table.
+    """
+    file = Path(path)
+    given = _table_of(file).get(_THRESHOLDS)
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        raise InputError(
+            f"limits {file}: {_THRESHOLDS} = {given!r} must be a table: write [{_THRESHOLDS}] and "
+            "the thresholds below it"
+        )
+    known = [each.name for each in fields(DefectThresholds)]
+    for key in given:
+        if key not in known:
+            raise InputError(f"limits {file}: threshold {key!r} is unknown{nearest(key, known)}")
+    try:
+        return replace(run, **given)
+    except InputError as error:
+        raise InputError(f"limits {file}: {error}") from None
+
+
+def _table_of(file: Path) -> dict[str, Any]:
+    """What a TOML file of limits holds."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise InputError(f"limits {file} cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"limits {file}: not valid TOML: {error}") from error
 
 
 def _in_si(file: Path, key: str, value: Any) -> Any:

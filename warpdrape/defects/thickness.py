@@ -4,7 +4,8 @@ Shear and strain change a triangle's area from A0 to A; its fibres stay in it. A
 V_f = m/(ρ t) · A0/A with the areal density m of the flat fabric and the density ρ of its fibres,
 which is V_f0 · A0/A at constant thickness. The thickness is the fabric's own, or what its
 compaction law gives at the pressure there: without a law none is computed, and the ply does not
-thicken as it is sheared. Rubber keeps its volume, and t = t0 A0/A.
+thicken as it is sheared. Rubber keeps its volume, and t = t0 A0/A. What a closed cavity makes of a
+stack is in `cavity.py`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpdrape.materials.fabric import Fabric
-from warpdrape.materials.laws import MooneyRivlin
+from warpdrape.materials.laws import MooneyRivlin, Unwoven
 
 
 def area_ratios(flat: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -42,6 +43,29 @@ def yarn_area_ratios(strain: np.ndarray, shear: np.ndarray, yarn_angle: float) -
     """
     stretched = (1.0 + strain[:, 0]) * (1.0 + strain[:, 1])
     return stretched * np.sin(yarn_angle - shear) / np.sin(yarn_angle)
+
+
+def formed_area_ratios(
+    fabric: Fabric,
+    flat: np.ndarray,
+    points: np.ndarray,
+    triangles: np.ndarray,
+    strain: np.ndarray,
+    shear: np.ndarray,
+) -> np.ndarray:
+    """A/A0 of a ply's triangles [-], shape [m]: by its yarns, and without yarns by its area.
+
+    Args:
+        fabric: of the ply.
+        flat: areas in the flat ply [m²], shape [m].
+        points: formed positions [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+        strain: of warp and weft [-], shape [m, 2].
+        shear: signed shear angles [rad], shape [m].
+    """
+    if isinstance(fabric.tension, Unwoven):
+        return area_ratios(flat, points, triangles)
+    return yarn_area_ratios(strain, shear, fabric.yarn_angle)
 
 
 def thicknesses(

@@ -21,6 +21,8 @@ class DefectThresholds:
             waves are the ply's shape.
         bridge_gap: least gap of a bridge over the ply's thickness [-].
         yarn_compression: shortening from which on a yarn counts as compressed [-].
+        cavity_room: widest room between two tools that makes a cavity, over the thickness of the
+            stack between them [-].
     """
 
     wrinkle_amplitude: float = 0.5
@@ -28,12 +30,14 @@ class DefectThresholds:
     longest_wrinkle: float = 0.25
     bridge_gap: float = 1.0
     yarn_compression: float = 1e-3
+    cavity_room: float = 4.0
 
     def __post_init__(self) -> None:
         positive("wrinkle_amplitude", self.wrinkle_amplitude)
         positive("wrinkle_steepness", self.wrinkle_steepness, zero=True)
         positive("bridge_gap", self.bridge_gap)
         positive("yarn_compression", self.yarn_compression, zero=True)
+        positive("cavity_room", self.cavity_room)
         if not 0.0 < finite("longest_wrinkle", self.longest_wrinkle) <= 1.0:
             raise InputError(
                 f"longest_wrinkle = {self.longest_wrinkle!r} must lie above 0 and up to 1: it is "

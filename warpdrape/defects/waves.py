@@ -60,14 +60,15 @@ def find_waves(smoothing: Smoothing, filtered: np.ndarray, curvature: np.ndarray
     slopes = (smoothing.gradient @ filtered).reshape(2, m)
     at = smoothing.at_vertices
     lumped = filtered**2
-    corners = filtered[smoothing.mesh.triangles]
-    consistent = at @ ((corners**2).sum(axis=1) + corners.sum(axis=1) ** 2) / 12.0
-    steepness = at @ (slopes**2).sum(axis=0)
+    a, b, c = (filtered[corner] for corner in smoothing.mesh.triangles.T)  # faster than by rows
+    consistent = at @ (a**2 + b**2 + c**2 + (a + b + c) ** 2) / 12.0
+    steepness = at @ (slopes[0] ** 2 + slopes[1] ** 2)
+    along, across = (at @ slopes.T).T
     means = smoothing.around(np.column_stack([lumped, consistent, steepness]))
     lumped_energy, consistent_energy, steepness = np.maximum(means, TINY).T
     return Waves(
         filtered=filtered,
-        slope=np.linalg.norm(at @ slopes.T, axis=1),
+        slope=np.sqrt(along**2 + across**2),
         wave_number=np.sqrt(steepness / (0.5 * (lumped_energy + consistent_energy))),
         gain=smoothing.gain(np.sqrt(steepness / lumped_energy)),
         energy=lumped_energy,

@@ -77,6 +77,12 @@ def internal_energy(model: Model, state: State) -> float:
     return sum(_total(of_forces(model, measure(model, state))).values())
 
 
+def taken_energy(model: Model, state: State) -> float:
+    """Stored in the plies, and lost by their matrices: what deforming them took [J]."""
+    shown = of_forces(model, measure(model, state))
+    return sum(_total(shown).values()) + _total(shown, "lost").get("matrix_viscosity", 0.0)
+
+
 def of_forces(model: Model, measured: Sequence[Measured]) -> Sequence[Measured]:
     """What forces show, without contacts."""
     return measured[: len(model.forces)]

@@ -8,13 +8,14 @@ import warp as wp
 
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import Part
+from warpdrape.interaction import Swept
 from warpdrape.kernels.dynamics.motion import (
     advance_clamped,
     advance_tools,
     advance_vertices,
     count_step,
 )
-from warpdrape.kernels.dynamics.parts import note_runaway, raise_to, take_over
+from warpdrape.kernels.dynamics.parts import note_runaway, raise_to, take_over, take_over_each
 from warpdrape.kernels.dynamics.selective_mass import drift_vertices, push_vertices, raise_power
 from warpdrape.state import Across, State, all_arrays
 
@@ -25,41 +26,16 @@ def advance_plies(part: Part) -> None:
     if model.selective is not None:
         push_plies(part)
         return
-    plies = state.plies
-    for first, count in part.vertices:
+    plies, device = state.plies, model.device
+    masses = [model.medium, model.mass, model.added_mass, model.clamp]
+    for run in part.vertices:
         if model.scene.clamps:
-            wp.launch(
-                advance_clamped,
-                count,
-                inputs=[
-                    first,
-                    model.medium,
-                    model.mass,
-                    model.added_mass,
-                    model.clamp,
-                    model.rest,
-                    state.clamps.matrix,
-                    state.clamps.shift,
-                    state.step,
-                ],
-                outputs=[plies.x, plies.v, plies.f, state.clamps.work, state.clamps.force],
-                device=model.device,
-            )
-        wp.launch(
-            advance_vertices,
-            count,
-            inputs=[
-                first,
-                model.medium,
-                model.mass,
-                model.added_mass,
-                model.clamp,
-                state.loads.damping,
-                state.step,
-            ],
-            outputs=[plies.x, plies.v, plies.f, plies.lost, plies.runaway],
-            device=model.device,
-        )
+            clamps = [model.rest, state.clamps.matrix, state.clamps.shift, state.step]
+            outputs = [plies.x, plies.v, plies.f, state.clamps.work, state.clamps.force]
+            Swept(advance_clamped, run, [*masses, *clamps], outputs)(device)
+        outputs = [plies.x, plies.v, plies.f, plies.lost, plies.runaway]
+        inputs = [*masses, state.loads.damping, state.step]
+        Swept(advance_vertices, run, inputs, outputs)(device)
 
 
 def push_plies(part: Part) -> None:
@@ -155,14 +131,17 @@ def advance(part: Part) -> None:
 
 
 def gather_forces(part: Part, parts: Sequence[Part]) -> None:
-    """Add to a part's vertices the forces that the other parts have scattered there."""
-    ours = part.state.plies.f
+    """Add to a part's vertices the forces, and heat, that the others have scattered there."""
+    ours, heat = part.state.plies.f, part.state.heat
     for first, count in part.vertices:
         for other in parts:
             if other is part:
                 continue
             inputs = [first, count, other.state.plies.f]
             wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
+            if heat is not None:
+                inputs, outputs = [first, other.state.heat.power], [heat.power]
+                wp.launch(take_over_each, count, inputs=inputs, outputs=outputs, device=ours.device)
 
 
 def gather_totals(parts: Sequence[Part]) -> None:

@@ -9,6 +9,7 @@ import warp as wp
 from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact import (
     edge_contact,
+    heat,
     ply_contact,
     ply_surfaces,
     self_contact,
@@ -46,7 +47,8 @@ alone. Its elements say how parts on several threads share out a ply."""
 FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
-"""Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`."""
+"""Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`. After
+them comes `heat`, which takes up what they pass."""
 
 
 def membrane_of(scene: Setup) -> ModuleType:
@@ -77,5 +79,7 @@ def build_contacts(
         surfaces = ply_surfaces.build(scene, spans, timing, device, shapes=others)
     pads = build_pads(scene, spans, timing, mass, device)
     needed = (scene, spans, timing, mass, surfaces, pads, device)
-    built = (contact.build(*needed) for contact in CONTACTS)
-    return tuple(thing for thing in (surfaces, *built) if thing is not None)
+    built = [contact.build(*needed) for contact in CONTACTS]
+    found = [thing for thing in (surfaces, *built) if thing is not None]
+    warmth = heat.build(scene, found, device)
+    return tuple(found if warmth is None else [*found, warmth])

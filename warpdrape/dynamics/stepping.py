@@ -16,12 +16,10 @@ from warpdrape.dynamics.crew import Barrier, Crew
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
-from warpdrape.forces.pressure import along_normals
-from warpdrape.interaction import Launch
-from warpdrape.over_time import over_time
+from warpdrape.dynamics.prescribed import prescribe
+from warpdrape.interaction import Launch, Swept
 from warpdrape.state import State
 from warpdrape.timing import frame_times
-from warpdrape.tools.floating import Float
 
 FEW_STEPS = range(6, 13)
 """Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
@@ -82,7 +80,7 @@ def step_sections(count: int, powers: int = 0) -> list[Section]:
     return [_scatter, *(section for end in ends for section in (*moves, end))]
 
 
-def _launch(part: Part, launches: Sequence[Launch]) -> None:
+def _launch(part: Part, launches: Sequence[Launch | Swept]) -> None:
     for launch in launches:
         launch(part.model.device)
 
@@ -215,7 +213,14 @@ class Stepper:
     computes all parts: for a given number of them the results are the same to the bit.
     """
 
-    def __init__(self, model: Model, state: State, threads: int = 1, blocks: int = 0) -> None:
+    def __init__(
+        self,
+        model: Model,
+        state: State,
+        threads: int = 1,
+        blocks: int = 0,
+        pace: Pace | None = None,
+    ) -> None:
         """Cut the model into a part for each thread; graphs are captured when first needed.
 
         Args:
@@ -223,13 +228,14 @@ class Stepper:
             state: its state.
             threads: that compute it.
             blocks: done before.
+            pace: says when threads do; None for where cores are idle and the clock says so.
         """
         self._model, self._state = model, state
         self._parts = split(model, state, threads)
         self._alone = _Job(self._parts, self._parts, None)
         self._captured = not model.scene.numerics.graph
         several = threads > 1 and model.scene.numerics.graph
-        self._pace = Pace(SpareCores(threads)) if several else None
+        self._pace = (pace or Pace(SpareCores(threads))) if several else None
         self._barrier = Barrier(threads) if several else None
         self._crew: Crew | None = None
         self.blocks, self._asking = blocks, True
@@ -256,39 +262,8 @@ class Stepper:
         self.begin(frame_times(self._model.timing, frame))
 
     def begin(self, times: np.ndarray) -> None:
-        """Put the prescribed motions of the coming steps on the device.
-
-        Args:
-            times: of the motions, before the first step and after each [s]; at most as many steps
-                as `Timing.steps_ahead`.
-        """
-        model, state = self._model, self._state
-        scene = model.scene
-        time = np.pad(times, (0, model.timing.steps_ahead + 1 - len(times)), mode="edge")
-        if scene.tools:
-            shape = (len(scene.tools), len(time))
-            path, force, angle = np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape)
-            for k, tool in enumerate(scene.tools):
-                if isinstance(tool.motion, Float):
-                    force[k] = tool.motion.force_at(time)
-                else:
-                    path[k] = tool.motion.displacement(time)
-                if tool.turn is not None:
-                    angle[k] = tool.turn.at(time)
-            state.tools.path.assign(path)
-            state.tools.force.assign(force)
-            state.tools.angle.assign(angle)
-        if scene.clamps:
-            shift = np.stack([clamp.motion.displacement(time) for clamp in scene.clamps])
-            eye = np.broadcast_to(np.eye(3), (len(time), 3, 3))
-            matrix = [clamp.matrix(time) if clamp.matrix else eye for clamp in scene.clamps]
-            state.clamps.shift.assign(shift.reshape(-1, 3))
-            state.clamps.matrix.assign(np.concatenate(matrix))
-        state.loads.damping.assign(over_time(scene.numerics.damping, time))
-        state.loads.process.assign(scene.process_time(time))
-        if scene.pressures:
-            state.loads.pressure.assign(along_normals(scene, time))
-        state.step.zero_()
+        """Prescribe the coming steps: see `prescribe`."""
+        prescribe(self._model, self._state, times)
 
     def block(self) -> None:
         """Search once and do the steps up to the next search."""

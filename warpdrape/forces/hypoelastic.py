@@ -34,7 +34,12 @@ from warpdrape.kernels.materials.isotropic import IsotropicMembrane as Isotropic
 from warpdrape.kernels.materials.isotropic import sheet_couple, sheet_tension
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_tensions
-from warpdrape.materials.law_data import membrane_functions, shear_struct, tension_struct
+from warpdrape.materials.law_data import (
+    membrane_functions,
+    shear_struct,
+    taut_stiffness,
+    tension_struct,
+)
 from warpdrape.materials.laws import IsotropicMembrane, MooneyRivlin
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
@@ -144,6 +149,17 @@ class StressedMembranes:
     name: str = "membrane"
     searches: str = ""
 
+    def carrying(self, fields: Mapping[str, np.ndarray], number: int) -> np.ndarray:
+        """Yarn strains of a ply [-], no larger than those that its stress would give a taut yarn.
+
+        Where stress did not turn with the yarns these are longer without a tension.
+        """
+        fabric = self.plies[number].ply.fabric
+        if isinstance(fabric.tension, IsotropicMembrane):
+            return fields["strain"]
+        taut = np.maximum(fields["line_tension"], 0.0)
+        return np.minimum(fields["strain"], taut / taut_stiffness(soften(fabric, self.softening)))
+
     @property
     def order(self) -> tuple[np.ndarray, ...]:
         """Each ply's triangles in the order in which parts share them out."""
@@ -182,7 +198,8 @@ class StressedMembranes:
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict[str, float], list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
-        found, warnings = summary_of_softening(self.softening, history, fields)
+        carrying = [{"strain": self.carrying(of, k)} for k, of in enumerate(fields)]
+        found, warnings = summary_of_softening(self.softening, history, carrying)
         for ply, shown in zip(self.plies, fields, strict=True):
             warnings += ply.off_the_card(shown, self.softening)
         return found, warnings

@@ -1,8 +1,8 @@
 """The discrete approach with crossovers that slide: yarns as chains of bars that carry on through.
 
 A vertex stays the place where a warp bundle and a weft bundle cross; what slides is the yarn in it
-(`kernels.forces.sliding_yarns`). Couples, ties and bending are those of `yarns`. The tensions of
-both families must be their own: the card's law is linear.
+(`kernels.forces.yarn_chains`). Couples, ties and bending are those of `yarns`; tensions are the
+card's, those that depend on both families' strains by what crossings add (`bar_loads`).
 """
 
 from __future__ import annotations
@@ -10,43 +10,41 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.yarn_chains import YarnChains, chain_yarns
+from warpdrape.blanks.yarn_chains import YarnChains
 from warpdrape.errors import InputError
 from warpdrape.forces import membrane, yarns
 from warpdrape.forces.membrane import strain_entries, summary_of_softening, yarn_viscosity
+from warpdrape.forces.sliding_chains import (
+    CLOSEST,
+    ChainKernels,
+    along_bars,
+    bars_on,
+    chains_of,
+    check_card,
+    closeness,
+    crossovers_on,
+    kernels_of,
+    law_of,
+)
 from warpdrape.forces.yarns import PlyYarns, net_of, yarns_per_bar
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
+from warpdrape.kernels.forces.bar_loads import make_no_tension
 from warpdrape.kernels.forces.membrane import make_yarn_membrane
-from warpdrape.kernels.forces.sliding_yarns import (
-    LEAST_SPACING,
-    SLIDES_SHARE,
-    BarMemory,
-    Bars,
-    Crossovers,
-    Slide,
-    add_bar_forces,
-    measure_bars,
-    measure_slides,
-    no_energy,
-    no_tension,
-    slide_yarns,
-    take_bars,
-    take_slides,
-)
-from warpdrape.materials.law_data import membrane_functions, tension_struct
-from warpdrape.materials.laws import LinearTension
+from warpdrape.kernels.forces.slides import SLIDES_SHARE, take_slides
+from warpdrape.kernels.forces.sliding_bars import BarMemory, take_bars
+from warpdrape.kernels.forces.yarn_chains import Bars, Crossovers, Slide
+from warpdrape.materials.law_data import membrane_functions, tension_stiffness
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
 
-CLOSEST = float(LEAST_SPACING)
-"""The same for the host [-]."""
 MOST_TAKEN = 3.5
 """Of the 4 in (Δt ω)² ≤ 4 that contacts and slides may take together [-]."""
 CROWDED = 1.01
@@ -77,12 +75,16 @@ class PlySliding:
     Attributes:
         pinned: its couples and ties, without tension.
         chains: its bars and crossovers.
-        bars: the bars for the kernels.
+        kernels: those of its law of tension.
+        law: the law for them.
+        bars: the bars for them.
         crossovers: the crossovers for them.
     """
 
     pinned: PlyYarns
     chains: YarnChains
+    kernels: ChainKernels
+    law: Any
     bars: Bars
     crossovers: Crossovers
 
@@ -101,30 +103,29 @@ class PlySliding:
         nothing = wp.empty(0, self.pinned.load.memory, device=x.device)
         ours = share.of(len(net.quadrants)), share.of(len(net.carried))
         scatter = self.pinned.launches(*ours, x, nothing, f)
-        known, push = [self.bars, self.crossovers, memory.slides], []
+        known, push = [self.law, self.bars, self.crossovers, memory.slides], []
         if bars.count:
             first, count = bars
             inputs = [first, *known, x, memory.bars]
-            scatter.append(Launch(add_bar_forces, count, inputs, [memory.kept, f]))
+            scatter.append(Launch(self.kernels.pull, count, inputs, [memory.kept, f]))
             push.append(Launch(take_bars, count, [first, memory.kept], [memory.bars]))
         if crossovers.count:
             first, count = crossovers
             inputs = [first, *known, memory.bars, x]
-            scatter.append(Launch(slide_yarns, count, inputs, [memory.moved]))
+            scatter.append(Launch(self.kernels.slide, count, inputs, [memory.moved]))
             push.append(Launch(take_slides, count, [first, memory.moved], [memory.slides]))
         return Launches(scatter=tuple(scatter), push=tuple(push))
 
     def measure(self, x: wp.array, memory: SlidingMemory) -> tuple[dict, dict, dict]:
         """Energies stored and lost [J], and fields, by name."""
-        known, device = [self.bars, self.crossovers, memory.slides], x.device
+        known, device = [self.law, self.bars, self.crossovers, memory.slides], x.device
         count = len(self.chains.ends)
         shown = [wp.empty(count, dtype=wp.float64, device=device) for _ in range(3)]
-        wp.launch(measure_bars, count, inputs=[*known, x], outputs=shown, device=device)
+        Launch(self.kernels.measure_bars, count, [*known, x], shown)(device)
         strain, tension, energy = (array.numpy() for array in shown)
         count = len(self.chains.vertices)
         energies = wp.empty(count, dtype=wp.vec3d, device=device)
-        inputs = [*known, memory.bars, x]
-        wp.launch(measure_slides, count, inputs=inputs, outputs=[energies], device=device)
+        Launch(self.kernels.measure_slides, count, [*known, memory.bars, x], [energies])(device)
         springs, moving, slip = np.einsum("ij->j", energies.numpy())
         _, _, (_, shear, stabiliser) = self.pinned.measure(x)
         stored = {
@@ -232,103 +233,43 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> SlidingYarns:
 def build_ply_sliding(scene: Setup, ply: Ply, span: Span, device: str) -> PlySliding:
     """Put a ply's yarns on a device."""
     check_card(ply)
-    chains = chain_yarns(net_of(ply))
-    pinned = yarns.build_ply_yarns(ply, scene.numerics, span, device)
-    _, _, shear, shear_energy, _, Shear = membrane_functions(ply.fabric)
-    add_couples, measure = _couples(shear, shear_energy, Shear)
-    load = pinned.load._replace(kernel=add_couples)
+    chains, numerics = chains_of(ply), scene.numerics
+    couples = yarns.build_ply_yarns(ply, numerics, span, device)
+    add_couples, measure = _couples(*membrane_functions(ply.fabric)[2:])
     pinned = replace(
-        pinned,
-        load=load,
-        measurement=(measure, pinned.measurement[1]),
+        couples,
+        load=couples.load._replace(kernel=add_couples),
+        measurement=(measure, couples.measurement[1]),
         viscosity=(0.0, 0.0),
     )
-    bars = _bars(ply, chains, scene.numerics, span, device)
-    dragged = np.array(bars.stiffness) + 2.0 * np.array(bars.viscosity)
-    stiffness = along_bars(chains, dragged)
-    return PlySliding(pinned, chains, bars, _crossovers(scene, ply, chains, stiffness, device))
+    return PlySliding(
+        pinned,
+        chains,
+        kernels_of(ply),
+        law_of(ply, numerics, device),
+        bars_on(ply, chains, numerics, span, device),
+        crossovers_on(scene, ply, chains, _stiffest(ply, chains, numerics), device),
+    )
+
+
+def _stiffest(ply: Ply, chains: YarnChains, numerics: Numerics) -> np.ndarray:
+    """Bound on the stiffness of bars, with what viscosity takes of the step [N/m], shape [bar]."""
+    yarns_alone = tension_stiffness(soften(ply.fabric, numerics.yarn_softening))
+    drag = yarn_viscosity(ply.fabric, numerics)
+    return along_bars(ply, chains, np.array(yarns_alone) + 2.0 * np.array(drag))
 
 
 @functools.cache
-def _couples(shear, shear_energy, Shear) -> tuple:
+def _couples(shear, shear_energy, Tension, Shear) -> tuple:
     """Kernels of quadrants that have couples alone."""
-    from warpdrape.kernels.materials.tension import LinearTension as Struct
-
-    return make_yarn_membrane(no_tension, no_energy, shear, shear_energy, Struct, Shear)
-
-
-def check_card(ply: Ply) -> None:
-    """Raise `InputError` where a ply's fabric does not say how its yarns slide, or cannot."""
-    fabric = ply.fabric
-    net_of(ply)
-    if fabric.crossover is None:
-        raise InputError(
-            f"approach = 'sliding_yarns' needs the [crossover] of fabric {fabric.name!r} of ply "
-            f"{ply.name!r}, slip force and stiffness: give them in its file, or take "
-            "approach = 'yarns', whose crossovers are pinned"
-        )
-    if not isinstance(fabric.tension, LinearTension):
-        raise InputError(
-            f"approach = 'sliding_yarns' is for yarns whose tension depends on their own strain, "
-            f"and fabric {fabric.name!r} of ply {ply.name!r} couples warp and weft: give it "
-            "tension law 'linear', or take approach = 'yarns'"
-        )
-
-
-def _bars(ply: Ply, chains: YarnChains, numerics: Numerics, span: Span, device: str) -> Bars:
-    law = tension_struct(soften(ply.fabric, numerics.yarn_softening), device)
-    bars = Bars()
-    bars.ends = wp.array(chains.ends + span.first_vertex, dtype=wp.vec2i, device=device)
-    bars.numbers = wp.array(chains.numbers, dtype=wp.vec2i, device=device)
-    bars.family = wp.array(chains.family, dtype=wp.int32, device=device)
-    bars.lengths = wp.array(chains.lengths, dtype=wp.float64, device=device)
-    bars.widths = wp.array(chains.widths, dtype=wp.float64, device=device)
-    bars.stiffness = law.stiffness
-    bars.compressive_factor = law.compressive_factor
-    bars.viscosity = wp.vec2d(*yarn_viscosity(ply.fabric, numerics))
-    return bars
-
-
-def _crossovers(
-    scene: Setup, ply: Ply, chains: YarnChains, stiffness: np.ndarray, device: str
-) -> Crossovers:
-    """Springs of bundles: as many as there are crossings of single yarns in their area.
-
-    Args:
-        scene: whose clamps may grip yarns.
-        ply: the ply.
-        chains: its yarns.
-        stiffness: from `along_bars` [N/m], shape [bar].
-        device: Warp device.
-    """
-    law, fabric = ply.fabric.crossover, ply.fabric
-    crossings = (chains.areas / fabric.cell_area)[:, None]
-    held = np.zeros(len(ply.mesh.vertices), np.int32)
-    for clamp in scene.clamps:
-        if clamp.ply == ply.name and clamp.yarns == "held":
-            held[clamp.vertices(ply.rest_points)] = 1
-    below, above = chains.passed
-
-    def pairs(values: np.ndarray) -> wp.array:
-        return wp.array(values, dtype=wp.vec2d, device=device)
-
-    out = Crossovers()
-    out.bars = wp.array(chains.bars, dtype=wp.vec4i, device=device)
-    out.slip = pairs(crossings * (law.slip_force_warp, law.slip_force_weft))
-    out.stiffness = pairs(crossings * (law.stiffness_warp, law.stiffness_weft))
-    crossed = fabric.yarn_width[::-1]  # of the yarn that is crossed, whose tension presses
-    out.friction = pairs(crossings * law.friction * np.array(crossed))
-    beside = np.where(chains.bars < 0, 0.0, stiffness[chains.bars]).reshape(-1, 2, 2).sum(axis=2)
-    out.inertia = pairs(np.where(beside > 0.0, 2.0 / SLIDES_SHARE * beside, 1.0))
-    out.below, out.above, out.span = pairs(below), pairs(above), pairs(chains.span)
-    out.held = wp.array(held[chains.vertices], dtype=wp.int32, device=device)
-    return out
+    return make_yarn_membrane(*make_no_tension(Tension), shear, shear_energy, Tension, Shear)
 
 
 def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
     """Bounds as `yarns.sheet_stiffness`, of bars that have slid together [N/m]."""
     (warp, weft), shear = yarns.sheet_stiffness(ply, numerics)
-    return (warp / CLOSEST, weft / CLOSEST), shear
+    least = closeness(ply)
+    return (warp / least, weft / least), shear
 
 
 def slides_share(scene: Setup, others: float) -> float:
@@ -361,20 +302,10 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     """
     ply, numerics = scene.plies[number], scene.numerics
     check_card(ply)
-    chains, net = chain_yarns(net_of(ply)), net_of(ply)
+    chains, net = chains_of(ply), net_of(ply)
     stiffness, shear = membrane.sheet_stiffness(ply, numerics)
-    k = along_bars(chains, np.array(stiffness))[:, None, None] * np.ones((2, 2))
+    k = along_bars(ply, chains, np.array(stiffness))[:, None, None] * np.ones((2, 2))
     n = len(ply.mesh.vertices)
     matrix = yarns.assembled(chains.ends, k, n)
     matrix = matrix + yarns.assembled(net.quadrants, yarns.couple_rows(net, shear), n)
     return yarns.bound_of(ply, numerics, matrix)
-
-
-def along_bars(chains: YarnChains, stiffness: np.ndarray) -> np.ndarray:
-    """Stiffness of bars that are as short as they may get [N/m], shape [bar].
-
-    Args:
-        chains: of a ply.
-        stiffness: line stiffness of warp and weft [N/m], shape [2].
-    """
-    return stiffness[chains.family] * chains.widths / (CLOSEST * chains.lengths)

@@ -8,7 +8,7 @@ from warpdrape.errors import InputError, positive
 from warpdrape.wording import brief
 
 MOST_FRICTION = 2.0
-"""Slip force over the crossed yarn's tension beyond which it must have another unit [-]."""
+"""Slip force over what presses beyond which it must have another unit [-]."""
 LONGEST_HOLD = 1e-3
 """Slide before a yarn slips beyond which a unit must be wrong [m]: a crossing is that wide."""
 
@@ -27,6 +27,9 @@ class Crossover:
         stiffness_warp: force over slide of a warp yarn before it slips [N/m].
         stiffness_weft: likewise of a weft yarn [N/m].
         friction: slip force that is added per tension of the yarn that is crossed [-].
+        yarn_friction: slip force that is added per force with which the yarns press on each other
+            [-], where the tension law knows their crimp: 2 t h/L of a yarn of tension t that climbs
+            h over a length L from crossing to crossing.
     """
 
     slip_force_warp: float
@@ -34,6 +37,7 @@ class Crossover:
     stiffness_warp: float
     stiffness_weft: float
     friction: float = 0.0
+    yarn_friction: float = 0.0
 
     __repr__ = brief
 
@@ -47,11 +51,16 @@ class Crossover:
                     f"{1e3 * force / stiffness:.3g} mm before the yarn slips at {force:g} N, more "
                     f"than {1e3 * LONGEST_HOLD:g} mm: check the units of both"
                 )
-        if positive("crossover.friction", self.friction, zero=True) > MOST_FRICTION:
-            raise InputError(
-                f"crossover.friction = {self.friction:g} is above {MOST_FRICTION:g}: give the slip "
-                "force per tension of the crossed yarn, 0.2 for 20 %"
-            )
+        for name, of in (
+            ("friction", "tension of the crossed yarn"),
+            ("yarn_friction", "force that presses the yarns together"),
+        ):
+            value = positive(f"crossover.{name}", getattr(self, name), zero=True)
+            if value > MOST_FRICTION:
+                raise InputError(
+                    f"crossover.{name} = {value:g} is above {MOST_FRICTION:g}: give the slip force "
+                    f"per {of}, 0.2 for 20 %"
+                )
 
     def slip(self, family: str) -> float:
         """Slip force of "warp" or "weft" yarns [N]."""

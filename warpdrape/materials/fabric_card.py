@@ -140,8 +140,9 @@ def _crossover_values(law: Crossover, sources: Mapping[str, Source]) -> list[tup
     families = ("warp", "weft")
     values = [(f"crossover.slip_force_{f}", f"{law.slip(f):.4g} N") for f in families]
     values += [(f"crossover.stiffness_{f}", f"{law.stiffness(f):.4g} N/m") for f in families]
-    if law.friction or "crossover.friction" in sources:
-        values.append(("crossover.friction", f"{law.friction:.4g}"))
+    for name in ("friction", "yarn_friction"):
+        if getattr(law, name) or f"crossover.{name}" in sources:
+            values.append((f"crossover.{name}", f"{getattr(law, name):.4g}"))
     return values
 
 

@@ -104,8 +104,10 @@ _CROSSOVER = {
     "stiffness_warp": "force per length",
     "stiffness_weft": "force per length",
     "friction": "ratio",
+    "yarn_friction": "ratio",
 }
-"""All but the last must be given."""
+_MAY_RUB = ("friction", "yarn_friction")
+"""Those of it that may be left out."""
 SOFTEST_YARN, STIFFEST_YARN = 1e6, 4e8
 """Stiffness of yarns over their mass per length, E/ρ of their fibres, that is plausible [m²/s²]."""
 _SHEAR_KEYS = {
@@ -360,7 +362,7 @@ def _crossover(file: Section, sources: Sources) -> Crossover | None:
         return None
     section, found = file.section("crossover", tuple(_CROSSOVER)), {}
     for key, kind in _CROSSOVER.items():
-        if key != "friction" or key in section.values:
+        if key not in _MAY_RUB or key in section.values:
             found[key], sources[f"crossover.{key}"] = section.number(key, kind)
     try:
         return Crossover(**found)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.errors import InputError, numbers, positive
+from warpdrape.errors import InputError, numbers, positive, true_or_false
 
 Table = Sequence[tuple[float, float]]
 """Pairs of what the coefficient depends on and the coefficient there."""
@@ -33,6 +33,8 @@ class Friction:
             what sticks.
         by_hersey: pairs (η v / p [m], μ), rising; needs ``viscosity``.
         viscosity: η, of the resin between the faces [Pa·s].
+        shifted: whether that is η at the temperature at which the viscosity of the plies' matrix is
+            given, and shifts with their temperature as that does; else it holds at any.
         by_angle: pairs (angle between the plies' warp yarns, 0 to 90 [deg], μ), rising in angle;
             for plies on each other.
         source: where the numbers are from.
@@ -43,6 +45,7 @@ class Friction:
     by_speed: Table = ()
     by_hersey: Table = ()
     viscosity: float = 0.0
+    shifted: bool = False
     by_angle: Table = ()
     source: str = ""
 
@@ -55,6 +58,12 @@ class Friction:
             raise InputError(
                 "friction.by_hersey and friction.viscosity go together: the Hersey number is "
                 "viscosity · speed / pressure"
+            )
+        true_or_false("friction.shifted", self.shifted)
+        if self.shifted and not self.by_hersey:
+            raise InputError(
+                "friction.shifted shifts friction.viscosity with temperature: give by_hersey and "
+                "viscosity, or leave it out"
             )
         if self.by_hersey and (self.by_pressure or self.by_speed):
             raise InputError(
@@ -86,12 +95,25 @@ class Friction:
         return np.array(getattr(self, name), dtype=float).reshape(-1, 2) / (1.0, self.coefficient)
 
     def __call__(
-        self, *, pressure: float = 0.0, speed: float = 0.0, angle_deg: float = 0.0
+        self,
+        *,
+        pressure: float = 0.0,
+        speed: float = 0.0,
+        angle_deg: float = 0.0,
+        shift: float = 1.0,
     ) -> float:
-        """μ under a pressure [Pa], at a slip speed [m/s] and an angle between warp yarns [deg]."""
+        """μ under conditions [-].
+
+        Args:
+            pressure: between the faces [Pa].
+            speed: of slip in the process [m/s].
+            angle_deg: between the warp yarns [deg].
+            shift: of the plies' matrix, factor on a viscosity that is `shifted` [-].
+        """
         hersey = 0.0
         if self.by_hersey and speed > 0.0:
-            hersey = np.inf if pressure <= 0.0 else self.viscosity * speed / pressure
+            viscosity = self.viscosity * (shift if self.shifted else 1.0)
+            hersey = np.inf if pressure <= 0.0 else viscosity * speed / pressure
         at = dict(zip(TABLES, (pressure, speed, hersey, angle_deg), strict=True))
         value = self.coefficient
         for name, where in at.items():

@@ -7,28 +7,39 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdrape.errors import InputError, positive, said
+from warpdrape.errors import InputError, finite, positive, said
 from warpdrape.materials.viscosity import ShiftLaw, ViscosityLaw
 from warpdrape.wording import brief
 
 
 @dataclass(frozen=True, kw_only=True)
 class Heat:
-    """Heat that a ply holds, and that passes to a tool which presses on it.
+    """Heat that a ply holds, and that passes from its faces to tools, other plies and the air.
 
     Attributes:
         capacity: ρ c_p times the thickness: to warm a ply by a kelvin, per area [J/(m²·K)].
         conductance: of the contact between one face and a tool [W/(m²·K)].
+        between: of the contact between two such plies [W/(m²·K)], of plies of two fabrics the
+            harmonic mean; None where none passes.
+        emissivity: of the faces, by which they radiate to the air's temperature [-].
     """
 
     capacity: float
     conductance: float
+    between: float | None = None
+    emissivity: float = 0.0
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         positive("capacity", self.capacity, unit="J/(m²·K)")
         positive("conductance", self.conductance, unit="W/(m²·K)")
+        if self.between is not None:
+            positive("between", self.between, unit="W/(m²·K)")
+        if not 0.0 <= finite("emissivity", self.emissivity) <= 1.0:
+            raise InputError(
+                f"emissivity = {self.emissivity:g} must lie in 0 … 1: 1 is that of a black face"
+            )
 
     @property
     def rate(self) -> float:

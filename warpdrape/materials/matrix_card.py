@@ -30,6 +30,7 @@ _UNITS = {
     "c2": "K",
     "capacity": "J/(m²·K)",
     "conductance": "W/(m²·K)",
+    "between": "W/(m²·K)",
 }
 """Of the values that have one."""
 
@@ -42,6 +43,7 @@ def matrix_values(matrix: Matrix) -> list[tuple[str, str]]:
         for path, part in parts.items()
         if part is not None
         for field in fields(part)
+        if getattr(part, field.name) is not None
     ]
     if any(matrix.rise):
         values.append(("matrix.rise", "({:g}, {:g})".format(*matrix.rise)))

@@ -46,7 +46,13 @@ SHIFTS = {
         "lowest_temperature": "temperature",
     },
 }
-HEAT = {"capacity": "heat capacity per area", "conductance": "conductance"}
+HEAT = {
+    "capacity": "heat capacity per area",
+    "conductance": "conductance",
+    "between": "conductance",
+    "emissivity": "ratio",
+}
+OPTIONAL_HEAT = ("between", "emissivity")
 _VISCOSITIES = {"newtonian": Newtonian, "power": PowerLaw, "cross": Cross}
 _SHIFT_LAWS = {"arrhenius": Arrhenius, "wlf": WLF}
 
@@ -78,6 +84,8 @@ def read_matrix(file: Section, sources: dict[str, Source]) -> Matrix | None:
     if "heat" in section.values:
         inner, found = section.section("heat", tuple(HEAT)), {}
         for name, kind in HEAT.items():
+            if name in OPTIONAL_HEAT and name not in inner.values:
+                continue
             found[name], sources[f"matrix.heat.{name}"] = inner.number(name, kind)
         given["heat"] = _made(inner, Heat, found)
     return _made(section, Matrix, given)

@@ -9,8 +9,6 @@ from typing import Any
 from warpdrape.errors import InputError, finite, nearest, said
 from warpdrape.studies.study_file import check_keys
 
-FIT = "fit"
-"""Measure that is 1 where a run keeps all the study's limits, else 0."""
 LOCKING = "locking"
 """Limit that is the fabric's own: its locking angle."""
 MOST_OBJECTIVES = 2

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
 from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.book import (
@@ -22,8 +23,26 @@ from warpdrape.optimisation.cost import cost_after
 from warpdrape.optimisation.front import area_dominated, front_of, ranked
 from warpdrape.optimisation.runner import Runner
 
-CERTAIN = 2.0
-"""Standard errors beyond which a difference is no noise."""
+CERTAIN = 0.95
+"""Chance with which noise alone leaves a smaller difference, for one to be more than noise."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """How much an objective scatters from run to run.
+
+    Attributes:
+        deviation: standard deviation of a single run; NaN where repeats do not show it.
+        freedom: degrees of freedom that it is known by.
+    """
+
+    deviation: float = math.nan
+    freedom: int = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether repeats show it."""
+        return self.freedom > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +117,8 @@ def nearest_of(runner: Runner, kind: str) -> Trial | None:
     return trials[order[0]] if order and runner.score(trials[order[0]]).counts else None
 
 
-def noise_of(groups: Sequence[Candidate], objective: int) -> float:
-    """Standard deviation of an objective from run to run; NaN where repeats do not show it.
+def noise_of(groups: Sequence[Candidate], objective: int) -> Noise:
+    """How much an objective scatters from run to run.
 
     What differs between repeats is taken apart: what they do to all runs alike, as a finer mesh
     does, is no noise where runs are compared; the rest is (two-way layout without replication).
@@ -113,9 +132,9 @@ def noise_of(groups: Sequence[Candidate], objective: int) -> float:
     table = np.array([row for row in rows if len(row) == most and most > 1])
     freedom = (table.shape[0] - 1) * (table.shape[1] - 1) if len(table) else 0
     if freedom < 1:
-        return math.nan
+        return Noise()
     rest = table - table.mean(axis=1, keepdims=True) - table.mean(axis=0) + table.mean()
-    return math.sqrt(float((rest**2).sum()) / freedom)
+    return Noise(math.sqrt(float((rest**2).sum()) / freedom), freedom)
 
 
 @dataclass(frozen=True)
@@ -126,26 +145,31 @@ class Gain:
         single: over the value of the other, of the runs themselves [-].
         repeated: likewise of the means over repeats; NaN without any.
         error: standard error of the latter by the pooled noise; NaN where not known.
+        freedom: degrees of freedom that the noise is known by.
     """
 
     single: float
     repeated: float
     error: float
+    freedom: int = 0
 
     @property
     def certain(self) -> bool | None:
-        """Whether it is beyond noise; None where noise is not known."""
-        return None if math.isnan(self.error) else abs(self.repeated) > CERTAIN * self.error
+        """Whether it is beyond noise, by Student's t; None where noise is not known."""
+        if math.isnan(self.error):
+            return None
+        errors = float(student.ppf(0.5 + 0.5 * CERTAIN, self.freedom))
+        return abs(self.repeated) > errors * self.error
 
 
-def gain_of(best: Candidate, other: Candidate, objective: int, noise: float) -> Gain:
+def gain_of(best: Candidate, other: Candidate, objective: int, noise: Noise) -> Gain:
     """What the best run gains on another one; NaN where that is zero.
 
     Args:
         best: the run.
         other: the one that it is compared with.
         objective: its place.
-        noise: standard deviation of one run.
+        noise: of one run.
     """
     before, after = other.score.objectives[objective], best.score.objectives[objective]
     single = (before - after) / abs(before) if before else math.nan
@@ -154,8 +178,8 @@ def gain_of(best: Candidate, other: Candidate, objective: int, noise: float) -> 
     if not first:
         return Gain(single, math.nan, math.nan)
     last = float(np.mean([b for b, _ in pairs]))
-    error = noise * math.sqrt(2.0 / len(pairs)) / abs(first)
-    return Gain(single, (first - last) / abs(first), error)
+    error = noise.deviation * math.sqrt(2.0 / len(pairs)) / abs(first)
+    return Gain(single, (first - last) / abs(first), error, noise.freedom)
 
 
 def _both(best: Candidate, other: Candidate) -> list[tuple[Score, Score]]:

@@ -72,6 +72,7 @@ class Book:
         self.task, self.folder = task, folder
         self.trials: list[Trial] = []
         self._declared = as_json(_declared(task), PLAN)
+        self._versions = versions()
         path = folder.path / PLAN
         if path.exists():
             self._read(load_json(path))
@@ -132,7 +133,7 @@ class Book:
             "study": self.task.study.name,
             "declared": self._declared,
             "trials": trials,
-            "versions": versions(),
+            "versions": self._versions,
         }
         write_json(self.folder.path / PLAN, data)
 

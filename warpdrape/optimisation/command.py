@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from warpdrape.commands.arguments import OUT, whole
+from warpdrape.commands.values import OUT, whole
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.optimisation.book import Book
 from warpdrape.optimisation.methods import check_method

@@ -1,32 +1,25 @@
 """Where to look next by Gaussian processes, scikit-learn's: noise is fitted, limits are modelled.
 
-Objective and constraints have a process each, with a Matérn kernel of its own length along each
-axis and white noise. The next place has the largest expected improvement on the best mean so far
-(not the luckiest run) times the chance that all constraints hold (Schonlau, Welch & Jones 1998).
-Further places of a batch take those before them for known at their mean (kriging believer), and
-every other one is where doubt is largest of all that may be best yet (Contal et al. 2013), lest a
-batch sit in one spot. Two objectives are weighed, by other weights for each place (ParEGO, Knowles
-2006).
+Objective and constraints have a process each. The next place has the largest expected improvement
+on the best mean so far (not the luckiest run) times the chance that all constraints hold (Schonlau,
+Welch & Jones 1998). Further places of a batch take those before them for known at their mean
+(kriging believer), and every other one is where doubt is largest of all that may be best yet
+(Contal et al. 2013), lest a batch sit in one spot. Two objectives are weighed, by other weights for
+each place (ParEGO, Knowles 2006).
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.special import erfcx, log_ndtr
 
 from warpdrape.optimisation.known import Known, as_numbers
+from warpdrape.optimisation.process import Process
 from warpdrape.optimisation.space import CHOICE, SHARE, Axis, Place, features
 from warpdrape.results.pyvista_mesh import needed
 
-SMOOTH = 2.5
-"""Of the Matérn kernel: twice differentiable."""
-LENGTHS, NOISES = (0.05, 5.0), (1e-5, 0.5)
-"""Bounds of the kernel's lengths over the axis, and of the noise's share of the variance."""
-RESTARTS = 2
-"""Further starts of the fit."""
 FIELD, NEAR, BEST = 1500, 40, 8
 """Places tried all over; near each of the best ones; how many of those."""
 STEPS = (0.2, 0.06, 0.02, 0.006)
@@ -65,14 +58,14 @@ def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int
     places = np.array([each.place for each in known])
     values, excess = as_numbers([each.score for each in known])
     feasible = (excess <= 0.0).all(axis=1)
-    limits = [_Process(axes, places, column, seed) for column in excess.T if (column > 0.0).any()]
-    aim: _Process | None = None
+    limits = [Process(axes, places, column, seed) for column in excess.T if (column > 0.0).any()]
+    aim: Process | None = None
     found: list[Place] = []
     first = rng.random()
     for k in range(count):
         if aim is None or values.shape[1] > 1:
             weight = (first + k / count) % 1.0  # evenly over a batch
-            aim = _Process(axes, places, _weighed(values, weight), seed)
+            aim = Process(axes, places, _weighed(values, weight), seed)
             for place in found:
                 aim.believe(np.array([place]))
         doubt = k % 2 == 1 and values.shape[1] == 1 and feasible.any()
@@ -96,54 +89,8 @@ def _weighed(values: np.ndarray, weight: float) -> np.ndarray:
     return weighed.max(axis=1) + EVEN * weighed.sum(axis=1)
 
 
-class _Process:
-    """A Gaussian process through what is known of one number.
-
-    Args:
-        axes: the space.
-        places: shape [run, axis].
-        values: shape [run].
-        seed: of the fit's further starts.
-    """
-
-    def __init__(
-        self, axes: Sequence[Axis], places: np.ndarray, values: np.ndarray, seed: int
-    ) -> None:
-        gaussian = needed("sklearn.gaussian_process", "optimise")
-        kernels = needed("sklearn.gaussian_process.kernels", "optimise")
-        self._axes, self._x, self._y = axes, features(axes, places), values
-        shape = kernels.Matern(np.full(self._x.shape[1], 0.5), LENGTHS, nu=SMOOTH)
-        kernel = kernels.ConstantKernel(1.0, (0.05, 20.0)) * shape
-        kernel += kernels.WhiteKernel(0.01, NOISES)
-        self._model = gaussian.GaussianProcessRegressor(
-            kernel, normalize_y=True, n_restarts_optimizer=RESTARTS, random_state=seed % 2**32
-        )
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of lengths at their bounds, which may be
-            self._model.fit(self._x, self._y)
-        self._fixed = self._model.kernel_
-        self._scale = float(np.std(values)) or 1.0
-
-    def believe(self, places: np.ndarray) -> None:
-        """Take the mean at places, shape [n, axis], for known; the kernel stays as it was."""
-        mean, _ = self.at(places)
-        self._x = np.vstack([self._x, features(self._axes, places)])
-        self._y = np.append(self._y, mean)
-        self._model.set_params(kernel=self._fixed, optimizer=None)
-        self._model.fit(self._x, self._y)
-
-    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean, and standard deviation without the noise of a run, both shape [n]."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            mean, deviation = self._model.predict(features(self._axes, places), return_std=True)
-        noise = self._model.kernel_.k2.noise_level * float(np.std(self._y)) ** 2
-        least = (1e-6 * self._scale) ** 2
-        return mean, np.sqrt(np.maximum(deviation**2 - noise, least))
-
-
 def _worth(
-    aim: _Process, limits: Sequence[_Process], feasible: np.ndarray
+    aim: Process, limits: Sequence[Process], feasible: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Logarithm of what a run at places, shape [n, axis], promises, shape [n]."""
     best = float(aim.at(feasible)[0].min()) if len(feasible) else None
@@ -162,7 +109,7 @@ def _worth(
 
 
 def _doubt(
-    aim: _Process, limits: Sequence[_Process], feasible: np.ndarray
+    aim: Process, limits: Sequence[Process], feasible: np.ndarray
 ) -> Callable[[np.ndarray], np.ndarray]:
     """Logarithm of the doubt about places that may be best yet, times the chance of all limits.
 

@@ -29,7 +29,9 @@ def as_numbers(scores: Sequence[Score]) -> tuple[np.ndarray, np.ndarray]:
 
     A run that does not count has the worst of all that was seen, and violates a constraint of its
     own, so that the search keeps away from where runs fail. Each constraint is measured by its mean
-    violation, so that none outweighs the others by its unit.
+    violation, so that none outweighs the others by its unit. One that is never kept by a margin, as
+    that of no wrinkle at all, does not tell how far off its limit is: where it is kept it is taken
+    for kept by a mean violation, else a model would give it an even chance there.
 
     Args:
         scores: one or more of which count.
@@ -45,6 +47,8 @@ def as_numbers(scores: Sequence[Score]) -> tuple[np.ndarray, np.ndarray]:
     scale = beyond.sum(axis=0) / hits
     scale = np.where(scale > 0.0, scale, np.abs(excess).max(axis=0, initial=0.0))
     excess = excess / np.where(scale > 0.0, scale, 1.0)
+    bare = (excess >= 0.0).all(axis=0)
+    excess = np.where(bare & (excess == 0.0), -1.0, excess)
     all_values = np.empty((len(scores), values.shape[1]))
     all_excess = np.empty((len(scores), excess.shape[1] + 1))
     counts = np.array([score.counts for score in scores], dtype=bool)

@@ -12,15 +12,16 @@ from typing import Any
 from warpdrape.commands.scene_library import SceneScript
 from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric_library import load_fabric
-from warpdrape.optimisation.aims import FIT, Aims, read_aims
+from warpdrape.optimisation.aims import Aims, read_aims
 from warpdrape.optimisation.methods import GP, METHODS
 from warpdrape.optimisation.space import Axis, axes_of
 from warpdrape.studies.design import Design, Row
+from warpdrape.studies.measures import FIT
 from warpdrape.studies.parameters import Varied
+from warpdrape.studies.study import Study
 from warpdrape.studies.study_file import (
     FABRIC,
     OPTIMISE,
-    Study,
     check_keys,
     of_file,
     read_tables,
@@ -117,8 +118,7 @@ def read_optimisation(path: str | os.PathLike[str], seed: int | None = None) -> 
 
 def _task(study: Study, given: Mapping[str, Any]) -> Task:
     check_keys("optimise: ", given, KEYS)
-    known = [measure.name for measure in study.measures]
-    known += [FIT] if study.limits is not None else []
+    known = [*(measure.name for measure in study.measures), FIT]
     if "runs" not in given:
         raise InputError("optimise: runs is missing: say how many, such as runs = 40")
     method = given.get("method", GP)

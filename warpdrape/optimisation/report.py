@@ -67,7 +67,7 @@ def answer_of(runner: Runner) -> dict[str, Any]:
     data: dict[str, Any] = {
         "objectives": [o.words for o in task.aims.objectives],
         "constraints": [c.words for c in task.aims.constraints],
-        "noise": [_or_none(each) for each in noise],
+        "noise": [_or_none(each.deviation) for each in noise],
         "cost_in_runs": spent(runner) if runner.outcomes else 0.0,
     }
     for kind, group in found.items():

@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from warpdrape.errors import InputError
-from warpdrape.optimisation.aims import FIT, Score
+from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.book import Book, Trial
-from warpdrape.results.judgement import judge
-from warpdrape.studies.measures import measure_run
+from warpdrape.studies.measures import FIT, fit_of, measure_run
 from warpdrape.studies.one_run import COMPLETED, Job
 from warpdrape.studies.running import Cost, job_of
 
@@ -70,8 +69,8 @@ class Runner:
             )
         except InputError as error:  # what was a whole folder has been changed since
             return Score(why=f"damaged: {error}")
-        if task.study.limits is not None:
-            values[FIT] = float(not judge(summary, history, task.study.limits))
+        if FIT in task.aims.measures or task.study.limits is not None:
+            values[FIT] = float(fit_of(summary, history, task.study.limits))
         work = float(summary.get("triangles") or 0) * float(summary.get("steps") or 0)
         if work > 0.0:
             self._work[trial.number] = work

@@ -107,8 +107,9 @@ def best_lines(runner: Runner) -> list[str]:
         other = found[kind][0]
         lines.append(f"{name}, run {other.trial.number}: {candidate_text(runner, other)}")
         lines.append(f"  {gain_text(gain_of(best, other, 0, noise))}")
-    if not math.isnan(noise):
-        lines.append(f"noise: {noise:.3g} ({_measure(task, 0)}, standard deviation of one run)")
+    if noise.known:
+        words = f"{_measure(task, 0)}, standard deviation of one run"
+        lines.append(f"noise: {noise.deviation:.3g} ({words}, {noise.freedom} degrees of freedom)")
     return lines
 
 

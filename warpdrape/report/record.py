@@ -39,6 +39,7 @@ _APART = ("scene", "parameters", "fabrics", "versions", "plies", "tools")
 _TITLE = {
     "numerics": "Numerics",
     "defect_thresholds": "Thresholds of defects",
+    "limits": "Limits of defects",
     "wanted": "Wanted directions",
     "clamps": "Clamps",
     "pressures": "Pressures",
@@ -101,7 +102,7 @@ def record_section(record: Mapping[str, Any] | None) -> Html:
         parts += [element("h3", f"Fabric {name}"), _fabric(fabric)]
     parts += _rows_part("Tools", record.get("tools"))
     for name, value in record.items():
-        if name not in _APART and isinstance(value, Mapping | list) and value:
+        if name not in _APART and value and not _plain(value):
             title = _TITLE.get(name, name.replace("_", " "))
             parts += [element("h3", title), _pairs(_flat(value), title)]
     parts += _mapping_part("Versions", record.get("versions"))
@@ -144,8 +145,13 @@ def differing(
 
 def _plain_entries(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, value in record.items():
-        if not isinstance(value, Mapping | list) or name == "gravity_m_s2":
+        if _plain(value):
             yield name, _said(value)
+
+
+def _plain(value: Any) -> bool:
+    """Whether an entry is said in one row: a value, or a few numbers."""
+    return not isinstance(value, Mapping | list) or (bool(value) and not _records(value))
 
 
 def _mapping_part(title: str, value: Any) -> list[Html]:

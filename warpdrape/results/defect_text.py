@@ -59,7 +59,28 @@ def _parts(ply: Mapping[str, Any]) -> list[str]:
         parts.append(words)
     else:
         parts.append("fibre volume unknown: the fabric has no fibre_density")
-    return parts
+    return [*parts, *_cavities(defects.get("cavities", ()))]
+
+
+def _cavities(cavities: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What is between two tools, filled; a holder on its flange is no mould."""
+    found = []
+    for cavity in cavities:
+        if cavity["under_force"]:
+            continue
+        thick, volume = cavity["thickness_m"], cavity["fibre_volume_fraction"]
+        words = f"between {' and '.join(cavity['tools'])} on {100 * cavity['area_share']:.3g} %: "
+        words += f"if filled {_range(1e3 * thick['min'], 1e3 * thick['max'])} mm thick"
+        if volume is not None:
+            words += f", {_range(100 * volume['min'], 100 * volume['max'])} % fibres"
+        found.append(words)
+    return found
+
+
+def _range(least: float, most: float) -> str:
+    """Two numbers, or one where they are the same to three digits."""
+    ends = (f"{least:.3g}", f"{most:.3g}")
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
 def wrinkle_words(wrinkles: Mapping[str, Any]) -> str:

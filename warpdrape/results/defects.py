@@ -10,22 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import area_percentile
 from warpdrape.defects.alignment import misalignment_entry, misalignments
 from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.outline import outline_draw_in
+from warpdrape.defects.spread import spread
 from warpdrape.defects.thickness import (
-    area_ratios,
     fibre_volume_fractions,
+    formed_area_ratios,
     thicknesses,
-    yarn_area_ratios,
 )
 from warpdrape.defects.wrinkles import Wrinkle, WrinkleSearch, Wrinkling
 from warpdrape.defects.yarn_limits import shear_past_locking, yarn_strains
-from warpdrape.materials.laws import Unwoven
 from warpdrape.results.result import FormedPly
-from warpdrape.results.tool_defects import bridge_entries, coverages
+from warpdrape.results.tool_defects import between_tools, coverages
 from warpdrape.setup import Setup
 from warpdrape.tools.pose import Pose
 
@@ -49,6 +46,9 @@ class DefectWatch:
             for ply in self._scene.plies
         ]
 
+    def _ways(self, points: np.ndarray, poses: Sequence[Pose]) -> list[np.ndarray]:
+        return list(self._gaps.ways(points, poses))
+
     def look(self, plies: Sequence[FormedPly], poses: Sequence[Pose]) -> tuple[FormedPly, ...]:
         """Return formed plies with thickness, fibre volume fraction and wrinkles.
 
@@ -57,7 +57,7 @@ class DefectWatch:
             poses: where the tools are.
         """
         wrinklings = [
-            search.look(formed.points, partial(self._gaps.ways, formed.points, poses))
+            search.look(formed.points, partial(self._ways, formed.points, poses))
             for formed, search in zip(plies, self._searches, strict=True)
         ]
         self._poses = list(poses)
@@ -68,7 +68,14 @@ class DefectWatch:
                 for pressure in (formed.contact_pressure, formed.tool_pressure)
                 if pressure is not None
             ]
-            ratios = _area_ratios(ply, formed)
+            ratios = formed_area_ratios(
+                ply.fabric,
+                np.asarray(ply.mesh.areas),
+                formed.points,
+                formed.triangles,
+                formed.strain,
+                formed.shear_angle,
+            )
             thickness = thicknesses(ply.fabric, pressures, formed.triangles, ratios)
             found.append(
                 replace(
@@ -91,19 +98,12 @@ class DefectWatch:
         poses = self._poses
         if poses is None or not self._scene.tools:
             return
-        bridges = bridge_entries(self._scene, plies, self._gaps, poses)
-        for entry, bridging in zip(summary["plies"], bridges, strict=True):
-            entry["defects"]["bridging"] = bridging
+        found = between_tools(self._scene, plies, self._gaps, poses)
+        for entry, own in zip(summary["plies"], found, strict=True):
+            entry["defects"].update(own)
         shares = coverages(self._scene, plies, poses)
         for entry, share in zip(summary["tools"], shares, strict=True):
             entry["coverage"] = share
-
-
-def _area_ratios(ply: Ply, formed: FormedPly) -> np.ndarray:
-    """A/A0 of a ply's triangles [-], shape [m]."""
-    if isinstance(ply.fabric.tension, Unwoven):
-        return area_ratios(np.asarray(ply.mesh.areas), formed.points, formed.triangles)
-    return yarn_area_ratios(formed.strain, formed.shear_angle, ply.fabric.yarn_angle)
 
 
 def defect_columns(formed: FormedPly) -> dict[str, float]:
@@ -127,14 +127,14 @@ def defect_entries(
         formed: as it is at the end.
         history: columns over the frames.
     """
-    if formed.wrinkling is None:
+    if formed.wrinkling is None or formed.thickness is None:
         return {}
     ply = scene.plies[number]
     areas = np.asarray(ply.mesh.areas)
     yarns = yarn_strains(ply.fabric, formed.strain, areas, scene.defects.yarn_compression)
-    entries: dict[str, Any] = {"thickness_m": _spread(formed.thickness, areas)}
+    entries: dict[str, Any] = {"thickness_m": spread(formed.thickness, areas)}
     if formed.fibre_volume_fraction is not None:
-        entries["fibre_volume_fraction"] = _spread(formed.fibre_volume_fraction, areas)
+        entries["fibre_volume_fraction"] = spread(formed.fibre_volume_fraction, areas)
     entries["defects"] = {
         "wrinkles": _wrinkle_entries(scene, formed, formed.wrinkling, history),
         "shear": shear_past_locking(ply.fabric, formed.shear_angle, areas)
@@ -167,16 +167,6 @@ def _place(formed: FormedPly, values: np.ndarray) -> dict[str, Any]:
     return {
         "max_at_m": formed.points[corners].mean(axis=0).tolist(),
         "max_on_blank_m": formed.rest_points[corners, :2].mean(axis=0).tolist(),
-    }
-
-
-def _spread(values: np.ndarray, areas: np.ndarray) -> dict[str, float]:
-    """Least, mean and largest of values on triangles; the mean by area."""
-    return {
-        "min": float(values.min()),
-        "mean": float(np.average(values, weights=areas)),
-        "max": float(values.max()),
-        "p95": area_percentile(values, areas, 0.95),
     }
 
 

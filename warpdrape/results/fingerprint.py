@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from importlib import resources
@@ -14,6 +13,7 @@ import numpy as np
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
 from warpdrape.dynamics.model import Model
+from warpdrape.results.digest import digest, is_digest, mesh_digest, surface_digest
 from warpdrape.results.run_record import plain, versions
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.floating import Float
@@ -54,6 +54,7 @@ def fingerprint(model: Model, threads: int) -> dict[str, Any]:
         "friction": _without_words(plain(scene.friction)),
         "ply_friction": _without_words(plain(scene.ply_friction)),
         "process_duration over duration": process_pace(scene),
+        "air": None if scene.air is None else dataclasses.asdict(scene.air),
         "self_contact": scene.self_contact,
         "gravity": [float(g) for g in scene.gravity],
         "plies": [ply.name for ply in scene.plies],
@@ -102,32 +103,15 @@ def _differences(
         changes = name in ("duration", "frames", DAMPING) or name.startswith(MOTIONS)
         if extending and changes:
             continue
-        if _is_digest(mine) or _is_digest(other) or name.startswith(MOTIONS):
+        if is_digest(mine) or is_digest(other) or name.startswith(MOTIONS):
             yield f"{name} is another"
         else:
             yield f"{name} = {mine!r}, the run's {other!r}"
 
 
-def _is_digest(value: Any) -> bool:
-    return isinstance(value, str) and value.startswith("#")
-
-
-def _digest(*values: Any) -> str:
-    """Of arrays by type, shape and bytes; of all else by its JSON."""
-    digest = hashlib.blake2b(digest_size=12)
-    for value in values:
-        if isinstance(value, np.ndarray):
-            array = np.ascontiguousarray(value)
-            digest.update(f"{array.dtype.str}{array.shape}".encode())
-            digest.update(array.tobytes())
-        else:
-            digest.update(json.dumps(plain(value), sort_keys=True, default=repr).encode())
-    return f"#{digest.hexdigest()}"
-
-
 def _kernels() -> str:
     """Of the sources of all kernels."""
-    return _digest(*_sources(resources.files("warpdrape.kernels")))
+    return digest(*_sources(resources.files("warpdrape.kernels")))
 
 
 def _sources(folder: Any) -> Iterator[str]:
@@ -142,12 +126,12 @@ def _sources(folder: Any) -> Iterator[str]:
 def _ply(ply: Ply) -> dict[str, Any]:
     fabric = ply.fabric
     laws = {
-        f"{field.name} of the fabric of ply {ply.name!r}": _digest(getattr(fabric, field.name))
+        f"{field.name} of the fabric of ply {ply.name!r}": digest(getattr(fabric, field.name))
         for field in dataclasses.fields(fabric)
         if field.name not in WORDS
     }
     return {
-        f"mesh of ply {ply.name!r}": _digest(ply.mesh.vertices, ply.mesh.triangles),
+        f"mesh of ply {ply.name!r}": mesh_digest(ply),
         f"warp_angle of ply {ply.name!r}": float(ply.warp_angle),
         f"z of ply {ply.name!r}": float(ply.z),
         f"temperature of ply {ply.name!r}": ply.warmth,
@@ -156,9 +140,8 @@ def _ply(ply: Ply) -> dict[str, Any]:
 
 
 def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
-    surface = _digest(tool.vertices, tool.triangles, np.asarray(tool.surface.normals))
     return {
-        f"surface of tool {tool.name!r}": surface,
+        f"surface of tool {tool.name!r}": surface_digest(tool),
         f"friction of tool {tool.name!r}": _without_words(plain(scene.friction_of(tool))),
         f"temperature of tool {tool.name!r}": tool.temperature,
         **_motion(tool),
@@ -196,7 +179,7 @@ def _wanted(scene: Setup, wanted: WantedDirection) -> dict[str, Any]:
     region = wanted.region(ply.rest_points[np.asarray(ply.mesh.triangles)].mean(axis=1))
     name = f"wanted direction {wanted.name!r}"
     return {
-        f"where {name} counts": _digest(wanted.ply, wanted.family, region),
+        f"where {name} counts": digest(wanted.ply, wanted.family, region),
         name: [float(d) for d in wanted.direction],
     }
 
@@ -206,7 +189,7 @@ def _pressure(scene: Setup, pressure: Pressure) -> dict[str, Any]:
     loaded = pressure.triangles(ply.rest_points, np.asarray(ply.mesh.triangles))
     name = f"pressure {pressure.name!r}"
     return {
-        f"where {name} acts": _digest(pressure.ply, pressure.side, loaded),
+        f"where {name} acts": digest(pressure.ply, pressure.side, loaded),
         f"{MOTIONS}{name}": plain([pressure.pressure, pressure.ramp]),
     }
 
@@ -215,7 +198,7 @@ def _spring(scene: Setup, spring: Spring) -> dict[str, Any]:
     ply = next(ply for ply in scene.plies if ply.name == spring.ply)
     name = f"spring {spring.name!r}"
     return {
-        f"what {name} pulls at": _digest(spring.ply, spring.vertices(ply.rest_points)),
+        f"what {name} pulls at": digest(spring.ply, spring.vertices(ply.rest_points)),
         name: plain(dataclasses.replace(spring, where=())),
     }
 
@@ -228,9 +211,9 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
     travel = None if clamp.travel is None else np.asarray(clamp.travel(times), dtype=float)
     name = f"clamp {clamp.name!r}"
     return {
-        f"what {name} holds": _digest(
+        f"what {name} holds": digest(
             clamp.ply, clamp.vertices(ply.rest_points), clamp.slope, clamp.yarns
         ),
         f"follow of {name}": [float(f) for f in clamp.follow],
-        f"{MOTIONS}{name}": [plain(clamp.motion), _digest(matrix), _digest(travel)],
+        f"{MOTIONS}{name}": [plain(clamp.motion), digest(matrix), digest(travel)],
     }

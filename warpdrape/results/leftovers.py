@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
+from itertools import chain, count
 from pathlib import Path
 
 FILMS_AND_PICTURES = (".png", ".mp4")
@@ -49,7 +49,7 @@ def pictures_in(folder: Path, record: Path) -> list[Path]:
 def put_aside(folder: Path, name: str) -> Path | None:
     """Give a folder of the run before, which may hold work of the user, a name that says so.
 
-    It takes the place of one that was put aside before: they do not pile up.
+    One that was put aside before keeps its name, and all that is in it: the next has a number.
 
     Args:
         folder: of the run.
@@ -63,11 +63,9 @@ def put_aside(folder: Path, name: str) -> Path | None:
     """
     if not (folder / name).is_dir():
         return None
-    aside = folder / f"{name}_of_the_run_before"
-    if aside.is_dir() and not aside.is_symlink():
-        shutil.rmtree(aside)
-    else:
-        aside.unlink(missing_ok=True)
+    first = folder / f"{name}_of_the_run_before"
+    names = (first.with_name(f"{first.name}_{number}") for number in count(2))
+    aside = next(path for path in chain([first], names) if not os.path.lexists(path))
     os.rename(folder / name, aside)
     return aside
 

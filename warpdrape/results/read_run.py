@@ -8,8 +8,6 @@ folder is executed, and no file outside it is opened.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from copy import copy
 from dataclasses import MISSING, fields
 from itertools import compress
@@ -17,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from warpdrape.errors import InputError
 from warpdrape.results.fields import FIELDS
@@ -32,6 +30,14 @@ from warpdrape.results.run_tables import (
 )
 from warpdrape.results.usd import PlyFrame
 from warpdrape.results.usd_stage import MAY_BE_EMPTY
+from warpdrape.results.usd_values import (
+    damage_named,
+    damaged,
+    numbers,
+    open_alone,
+    placed_tool,
+    triangles_of,
+)
 
 
 def read_run(folder: str | os.PathLike[str], *, frame: int = -1) -> Result:
@@ -66,9 +72,9 @@ class RunReader:
         self.folder = Path(folder)
         check_whole(self.folder)
         self.summary = read_summary(self.folder)
-        self._stage = _open(self.folder / SCENE)
+        self._stage = open_alone(self._scene)
         self.history = read_history(self.folder)
-        with self._damage_named():
+        with damage_named(self._scene):
             self._plies, self._tools = self._meshes("plies"), self._meshes("tools")
             self._check_plies()
             self._times = self._plies[0].GetPointsAttr().GetTimeSamples()
@@ -130,24 +136,18 @@ class RunReader:
             )
         time = Usd.TimeCode(self._times[frame])
         names = self._names()
-        with self._damage_named():
+        with damage_named(self._scene):
             plies = [self._ply(m, n, time) for m, n in zip(self._plies, names, strict=True)]
             tools = [
-                self._tool(mesh, name, time)
+                PlacedTool(name, *placed_tool(self._scene, mesh, name, time))
                 for mesh, name in zip(self._tools, self._tool_names(), strict=True)
             ]
         at = int(frame) % self.frames
         return Result(tuple(plies), self.summary, self.history, tuple(tools), at)
 
-    @contextmanager
-    def _damage_named(self) -> Iterator[None]:
-        """Turn what the USD library says of a damaged file into one sentence."""
-        try:
-            yield
-        except InputError:
-            raise
-        except (Tf.ErrorException, TypeError, ValueError) as error:
-            raise self._damaged("its values cannot be read") from error
+    @property
+    def _scene(self) -> Path:
+        return self.folder / SCENE
 
     def _meshes(self, folder: str) -> list[UsdGeom.Mesh]:
         root = self._stage.GetPrimAtPath(f"/World/{folder}")
@@ -172,9 +172,11 @@ class RunReader:
 
     def _ply(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> FormedPly:
         primvars = UsdGeom.PrimvarsAPI(mesh)
-        rest = self._array(primvars.GetPrimvar("restPoints").Get(), f"{name}: restPoints", None)
+        rest = numbers(
+            self._scene, primvars.GetPrimvar("restPoints").Get(), f"{name}: restPoints", None
+        )
         n = len(rest)
-        triangles = self._triangles(mesh, name, n)
+        triangles = triangles_of(self._scene, mesh, name, n)
         values: dict[str, np.ndarray | None] = {}
         for field in FIELDS:
             if not primvars.HasPrimvar(field.primvar):
@@ -184,54 +186,14 @@ class RunReader:
                 values[field.name] = None
                 continue
             shape = field.shape(n, len(triangles))
-            values[field.name] = self._array(found, f"{name}: {field.primvar}", shape)
+            values[field.name] = numbers(self._scene, found, f"{name}: {field.primvar}", shape)
         missing = _ALWAYS - set(values)
         if missing:
-            raise self._damaged(f"ply {name!r} lacks {', '.join(sorted(missing))}")
-        points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", (n, 3))
+            raise damaged(self._scene, f"ply {name!r} lacks {', '.join(sorted(missing))}")
+        points = numbers(self._scene, mesh.GetPointsAttr().Get(time), f"{name}: points", (n, 3))
         moment: dict[str, Any] = {"points": points, **values}
         return FormedPly.from_frame(name, rest, triangles, PlyFrame(**moment))
-
-    def _tool(self, mesh: UsdGeom.Mesh, name: str, time: Usd.TimeCode) -> PlacedTool:
-        points = self._array(mesh.GetPointsAttr().Get(time), f"{name}: points", None)
-        matrix = np.array(mesh.ComputeLocalToWorldTransform(time), np.float64)
-        placed = points @ matrix[:3, :3] + matrix[3, :3]
-        return PlacedTool(name, placed, self._triangles(mesh, name, len(points)))
-
-    def _triangles(self, mesh: UsdGeom.Mesh, name: str, vertices: int) -> np.ndarray:
-        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int32)
-        if corners.ndim != 1 or corners.size % 3 or not corners.size:
-            raise self._damaged(f"{name!r} has no triangles")
-        if corners.min() < 0 or corners.max() >= vertices:
-            raise self._damaged(f"{name!r} has triangles of vertices that it lacks")
-        return corners.reshape(-1, 3)
-
-    def _array(self, values: Any, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
-        array = np.array([] if values is None else values, np.float64)
-        if shape is None:
-            shape = (len(array), 3)
-        if array.shape != shape or not array.size or not np.isfinite(array).all():
-            raise self._damaged(f"{what} has shape {array.shape}, not finite numbers of {shape}")
-        return array
-
-    def _damaged(self, what: str) -> InputError:
-        return InputError(f"run folder {self.folder}: {SCENE} is damaged: {what}; {AGAIN}")
 
 
 _ALWAYS = {field.name for field in fields(PlyFrame) if field.default is MISSING} - {"points"}
 """Quantities that every ply has."""
-
-
-def _open(path: Path) -> Usd.Stage:
-    """Open a USD file that stands for itself; raise `InputError` where it is damaged or refers."""
-    try:
-        layer = Sdf.Layer.FindOrOpen(str(path))
-        others = layer.GetCompositionAssetDependencies() if layer else []
-        stage = Usd.Stage.Open(layer) if layer and not others else None
-    except Tf.ErrorException as error:
-        raise InputError(f"{path} is not a readable USD file: {AGAIN}") from error
-    if others:
-        raise InputError(f"{path} refers to another file, {others[0]}, which no run does: {AGAIN}")
-    if stage is None:
-        raise InputError(f"{path} is not a readable USD file: {AGAIN}")
-    return stage

@@ -13,6 +13,7 @@ from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.model import Model
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.friction import Friction
+from warpdrape.results.digest import mesh_digest, plain, surface_digest
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
@@ -41,7 +42,9 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "frames": frames,
         "friction": plain(scene.friction),
         "ply_friction": _ply_friction(scene),
+        "self_contact": scene.self_contact,
         "process_duration_s": scene.process_duration,
+        "air": None if scene.air is None else dataclasses.asdict(scene.air),
         "gravity_m_s2": [float(g) for g in scene.gravity],
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
@@ -69,6 +72,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "temperature_k": ply.warmth,
                 "vertices": len(ply.mesh.vertices),
                 "triangles": len(ply.mesh.triangles),
+                "mesh_digest": mesh_digest(ply),
             }
             for ply, fabric in zip(scene.plies, fabric_of, strict=True)
         ],
@@ -77,6 +81,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
             {
                 "name": tool.name,
                 "facets": len(tool.triangles),
+                "surface_digest": surface_digest(tool),
                 "friction": _friction(scene.friction_of(tool)),
                 "motion": plain(tool.motion),
                 "turn": plain(tool.turn),
@@ -120,6 +125,7 @@ def _clamp(scene: Setup, clamp: Clamp) -> dict[str, Any]:
         "matrix_at_end": None if clamp.matrix is None else plain(clamp.matrix(end[None])[0]),
         "travel_at_end_m": None if clamp.travel is None else float(clamp.travel(end)),
         "follow": plain(np.asarray(clamp.follow, dtype=float)),
+        "slope": clamp.slope,
         "yarns": clamp.yarns,
     }
 
@@ -137,20 +143,6 @@ def _spring(scene: Setup, spring: Spring) -> dict[str, Any]:
     between = [pulled.min(axis=0).tolist(), pulled.max(axis=0).tolist()]
     record = plain(dataclasses.replace(spring, where=()))
     return {**record, "where": {"vertices": len(pulled), "between_m": between}}
-
-
-def plain(value: Any) -> Any:
-    """Records as JSON takes them."""
-    if dataclasses.is_dataclass(value):
-        record = {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-        return {"type": type(value).__name__, **record}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    return value
 
 
 def versions() -> dict[str, str]:

@@ -9,13 +9,21 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Tf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from warpdrape.errors import InputError, one_of
+from warpdrape.results.fields import FIELDS, Field
 from warpdrape.results.quantities import QUANTITIES, Quantity
 from warpdrape.results.run_folder import SCENE, partial_path
 from warpdrape.results.tool_distance import TOOL_DISTANCE, ToolDistances
 from warpdrape.results.usd_stage import TIME_ATTRIBUTE
+from warpdrape.results.usd_values import (
+    damage_named,
+    numbers,
+    open_alone,
+    placed_tool,
+    triangles_of,
+)
 
 
 @dataclass(frozen=True)
@@ -95,12 +103,8 @@ def read_moments(
     path: Path, names: Sequence[str] | None, frames: Sequence[int] | None, quantity: Quantity
 ) -> list[SceneView]:
     """Return what `read_scene` does, at several frames; at all of them when None."""
-    try:
-        return _Reader(Usd.Stage.Open(str(path)), path, quantity).read(names, frames)
-    except (Tf.ErrorException, ValueError, TypeError, MemoryError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path} is not a readable USD file: run the scene again") from error
+    with damage_named(path):
+        return _Reader(open_alone(path), path, quantity).read(names, frames)
 
 
 class _Reader:
@@ -138,7 +142,10 @@ class _Reader:
 
     def _moment(self, plies: Sequence[Usd.Prim], time: Usd.TimeCode) -> SceneView:
         recorded = self._stage.GetPrimAtPath("/World").GetAttribute(TIME_ATTRIBUTE)
-        tools = [_read_tool(prim, time) for prim in self._tools]
+        tools = [
+            placed_tool(self._path, UsdGeom.Mesh(prim), prim.GetName(), time)
+            for prim in self._tools
+        ]
         return SceneView(
             time_s=float(recorded.Get(time)) if recorded else float("nan"),
             plies=[self._ply(prim, time, tools) for prim in plies],
@@ -149,21 +156,30 @@ class _Reader:
         mesh, primvars = UsdGeom.Mesh(prim), UsdGeom.PrimvarsAPI(prim)
         self._check_quantity(prim, primvars, time)
 
-        def values(name: str) -> NDArray[np.float64]:
-            return np.array(primvars.GetPrimvar(name).Get(time), np.float64)
+        name = prim.GetName()
+        rest = numbers(
+            self._path, primvars.GetPrimvar("restPoints").Get(), f"{name}: restPoints", None
+        )
+        triangles = triangles_of(self._path, mesh, name, len(rest))
 
-        points = np.array(mesh.GetPointsAttr().Get(time), np.float64)
+        def values(field: Field) -> NDArray[np.float64]:
+            found = primvars.GetPrimvar(field.primvar).Get(time)
+            shape = field.shape(len(rest), len(triangles))
+            return numbers(self._path, found, f"{name}: {field.primvar}", shape)
+
+        found = mesh.GetPointsAttr().Get(time)
+        points = numbers(self._path, found, f"{name}: points", rest.shape)
         if self._quantity.primvar == TOOL_DISTANCE:
             shown = self._distance(points, tools)
         else:
-            shown = values(self._quantity.primvar)
+            shown = values(_FIELD[self._quantity.primvar])
         return PlyView(
-            name=prim.GetName(),
+            name=name,
             points=points,
-            rest=values("restPoints"),
-            triangles=np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3),
-            warp=values("warp"),
-            weft=values("weft"),
+            rest=rest,
+            triangles=triangles,
+            warp=values(_FIELD["warp"]),
+            weft=values(_FIELD["weft"]),
             values=self._quantity.of(shown),
         )
 
@@ -192,9 +208,4 @@ def _given(primvars: UsdGeom.PrimvarsAPI, name: str, time: Usd.TimeCode) -> bool
     return primvars.HasPrimvar(name) and len(primvars.GetPrimvar(name).Get(time) or ()) > 0
 
 
-def _read_tool(prim: Usd.Prim, time: Usd.TimeCode) -> Surface:
-    mesh = UsdGeom.Mesh(prim)
-    points = np.array(mesh.GetPointsAttr().Get(time), np.float64)
-    matrix = np.array(mesh.ComputeLocalToWorldTransform(time), np.float64)
-    triangles = np.array(mesh.GetFaceVertexIndicesAttr().Get(), np.int64).reshape(-1, 3)
-    return points @ matrix[:3, :3] + matrix[3, :3], triangles
+_FIELD = {field.primvar: field for field in FIELDS}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.commands.arguments import OUT, whole
+from warpdrape.commands.values import OUT, whole
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.progress import in_words
 from warpdrape.studies.design import Row
@@ -17,7 +17,8 @@ from warpdrape.studies.effects import effects
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import COMPLETED
 from warpdrape.studies.parameters import exact
-from warpdrape.studies.study_file import Study, read_study
+from warpdrape.studies.study import Study
+from warpdrape.studies.study_file import read_study
 from warpdrape.studies.table import Table
 
 SHOWN = 3

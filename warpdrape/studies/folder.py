@@ -22,7 +22,7 @@ from warpdrape.results.run_folder import as_json, write_whole
 from warpdrape.results.run_record import versions
 from warpdrape.results.run_tables import load_json
 from warpdrape.studies.design import Row
-from warpdrape.studies.study_file import Study
+from warpdrape.studies.study import Study
 
 PLAN = "plan.json"
 DIGITS = 5

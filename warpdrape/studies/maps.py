@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from warpdrape.studies.fields import PlyFields
-from warpdrape.studies.study_file import MapOptions
+from warpdrape.studies.study import MapOptions
 
 MOST_SQUARES = 200
 """Squares of the lattice along its longer side, at most."""

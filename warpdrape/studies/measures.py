@@ -11,9 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.defects.limits import Limits, limits_of
 from warpdrape.errors import InputError, nearest, said
+from warpdrape.results.judgement import judge
 from warpdrape.results.run_tables import read_history, read_summary
 
+FIT = "fit"
+"""Measure that is 1 where a run keeps its limits, else 0."""
 HISTORY = "history"
 HOW = ("last", "max", "min", "mean")
 """What may be taken of a column of the history."""
@@ -134,6 +138,22 @@ def read_measures(given: Any) -> tuple[Measure, ...]:
                 f"measure {name} = {path!r} must be history.COLUMN.HOW, HOW one of {', '.join(HOW)}"
             )
     return tuple(Measure(name, path) for name, path in given.items())
+
+
+def fit_of(
+    summary: Mapping[str, Any], history: Mapping[str, np.ndarray], limits: Limits | None
+) -> int:
+    """1 for a part within its limits and 0 for another: the verdict of ``warpdrape judge``.
+
+    Args:
+        summary: of the run.
+        history: columns over the frames.
+        limits: what the part may have; None for what its scene has set, or else by default.
+
+    Raises:
+        InputError: as `judge` does.
+    """
+    return int(not judge(summary, history, limits_of(summary) if limits is None else limits))
 
 
 def measure_run(

@@ -23,7 +23,7 @@ from warpdrape.studies.maps import map_runs
 from warpdrape.studies.one_run import COMPLETED
 from warpdrape.studies.page import list_of, picture, write_page
 from warpdrape.studies.pictures import draw_effects, draw_indices, draw_pairs, varies
-from warpdrape.studies.study_file import Study
+from warpdrape.studies.study import Study
 from warpdrape.studies.table import PENDING, Table, gather, write_table
 
 REPORT = "report.html"

@@ -28,7 +28,7 @@ from warpdrape.studies.one_run import (
     our_versions,
 )
 from warpdrape.studies.progress import StudyProgress
-from warpdrape.studies.study_file import Study
+from warpdrape.studies.study import Study
 
 BUSY_S = 2.0
 """How long a run waits that another process is at, before it is tried again [s]."""

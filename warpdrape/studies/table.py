@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.results.judgement import judge
 from warpdrape.results.pyvista_mesh import needed
 from warpdrape.results.run_folder import write_whole
 from warpdrape.studies.design import Row
 from warpdrape.studies.folder import StudyFolder
-from warpdrape.studies.measures import measure_run
+from warpdrape.studies.measures import FIT, fit_of, measure_run
 from warpdrape.studies.one_run import COMPLETED
 from warpdrape.studies.parameters import exact
-from warpdrape.studies.study_file import Study
+from warpdrape.studies.study import Study
 
 TABLE = "table.csv"
 PARQUET = "table.parquet"
@@ -84,8 +83,8 @@ def gather(
         measured.append({**_how(outcome), **found})
     if not any(measure.asked for measure in study.measures):
         names = [name for name in names if any(m.get(name) is not None for m in measured)]
-    if study.limits is not None:
-        names.append("fit")
+    if study.limits is not None or any(FIT in m for m in measured):
+        names.append(FIT)
     parameters = [parameter.name for parameter in study.parameters]
     columns: dict[str, list[Any]] = {"run": list(range(len(rows)))}
     columns |= {name: [_cell(row[name]) for row in rows] for name in parameters}
@@ -104,8 +103,8 @@ def _of_run(study: Study, folder: Path) -> tuple[dict[str, Any], list[str]]:
     """Measures of a run, and complaints."""
     found, complaints, summary, history = measure_run(folder, study.measures)
     row: dict[str, Any] = {**found, "warnings": len(summary["warnings"])}
-    if study.limits is not None:
-        row["fit"] = int(not judge(summary, history, study.limits))
+    if study.limits is not None or summary.get("limits") is not None:
+        row[FIT] = fit_of(summary, history, study.limits)
     return row, complaints
 
 

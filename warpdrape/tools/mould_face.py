@@ -37,19 +37,21 @@ class Face:
         rim: which of them are its flat rim, shape [facet].
         level: height of that rim; of the border's mean where there is none [m].
         hidden: area that faces up under something else, over that of the face [-].
+        undercut: area that faces down with something of the body below it, likewise [-].
     """
 
     surface: Surface
     rim: np.ndarray
     level: float
     hidden: float
+    undercut: float
 
     @property
     def hollow(self) -> bool:
         """Whether the shape lies below the rim, as in a female mould."""
         mesh = self.surface.mesh
         shape = ~self.rim
-        areas, heights = mesh.area_faces[shape], mesh.triangles_center[shape, 2]
+        areas, heights = _upward(mesh)[shape], mesh.triangles_center[shape, 2]
         return float(areas @ (heights - self.level)) <= 0.0
 
     @property
@@ -82,12 +84,14 @@ def face_of(who: str, surface: Surface) -> Face:
     if not seen.any():
         raise InputError(f"{who}: nothing of it faces up: turn it, or give up, such as '-z'")
     kept = seen | _inner_walls(mesh, seen)
-    hidden = float(mesh.area_faces[up & ~seen].sum() / mesh.area_faces[kept].sum())
+    whole = mesh.area_faces[kept].sum()
+    hidden = float(mesh.area_faces[up & ~seen].sum() / whole)
+    undercut = float(mesh.area_faces[_undercut(mesh)].sum() / whole)
     faces = trimesh.Trimesh(mesh.vertices, mesh.faces[kept], process=False)
     faces.remove_unreferenced_vertices()
     found = replace(surface, mesh=faces, normals=surface.normals[kept])
     rim, level = _flat_rim(faces)
-    return Face(found, rim, level, hidden)
+    return Face(found, rim, level, hidden, undercut)
 
 
 def plan(mesh: trimesh.Trimesh, chosen: np.ndarray) -> shapely.Polygon:
@@ -131,6 +135,15 @@ def _is_seen(mesh: trimesh.Trimesh) -> np.ndarray:
     return heights.numpy() - middle[:, 2] < SEEN * size
 
 
+def _undercut(mesh: trimesh.Trimesh) -> np.ndarray:
+    """Which facets look down on something of the body, shape [facet]; of a sheet all that do."""
+    down = mesh.face_normals[:, 2] < -STEEP
+    if not mesh.is_watertight or not down.any():
+        return down
+    turned = trimesh.Trimesh(mesh.vertices * (1.0, -1.0, -1.0), mesh.faces, process=False)
+    return down & ~_is_seen(turned)
+
+
 def _neighbours(mesh: trimesh.Trimesh, chosen: np.ndarray) -> np.ndarray:
     """Number of the connected piece that each chosen facet belongs to, −1 for others."""
     pairs = np.asarray(mesh.face_adjacency)
@@ -166,7 +179,7 @@ def _flat_rim(mesh: trimesh.Trimesh) -> tuple[np.ndarray, float]:
     level = float(np.median(heights[on_hull]))
     none = np.zeros(len(mesh.faces), dtype=bool)
     if np.abs(heights[on_hull] - level).max() > LEVEL * size:
-        return none, float(heights[on_hull].mean())
+        return none, _border_height(mesh)
     at_level = np.abs(mesh.triangles[:, :, 2] - level).max(axis=1) <= LEVEL * size
     flat = at_level & (mesh.face_normals[:, 2] > FLAT)
     if not flat.any():
@@ -175,6 +188,17 @@ def _flat_rim(mesh: trimesh.Trimesh) -> tuple[np.ndarray, float]:
     at_border = np.isin(mesh.faces, border[on_hull]).any(axis=1)
     rim = flat & np.isin(piece, np.unique(piece[flat & at_border]))
     return (none, level) if rim.all() else (rim, level)
+
+
+def _border_height(mesh: trimesh.Trimesh) -> float:
+    """Mean height along the outer border as seen from above [m]."""
+    loops = [np.asarray(mesh.vertices)[loop] for loop in borders(np.asarray(mesh.faces))]
+    if not loops:
+        return float(mesh.vertices[:, 2].mean())
+    outer = max(loops, key=lambda loop: abs(loop_area(loop[:, :2])))
+    after = np.roll(outer, -1, axis=0)
+    lengths = np.linalg.norm((after - outer)[:, :2], axis=1)
+    return float(lengths @ (0.5 * (after + outer)[:, 2]) / lengths.sum())
 
 
 def _outermost(points: np.ndarray) -> np.ndarray:

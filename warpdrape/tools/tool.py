@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -10,14 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import trimesh
 
-from warpdrape.errors import InputError, finite, positive, said
-from warpdrape.errors import length as size
+from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.friction import Friction, friction_of
 from warpdrape.materials.viscosity import check_temperature
+from warpdrape.tools import basic_shapes
 from warpdrape.tools.floating import Motion
 from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pose import Pose, rotation, shifted
-from warpdrape.tools.profile import Arc, Line, Piece, Surface, extrude, revolve
+from warpdrape.tools.profile import Surface
 from warpdrape.tools.tool_mesh import read_surface
 from warpdrape.tools.turn import Turn
 from warpdrape.wording import heading, surface
@@ -195,15 +194,8 @@ class Tool:
             facet: facet size [m].
             options: motion, turn, friction, temperature.
         """
-        size("punch radius", radius)
-        top = 1.5 * radius if height is None else size("punch height", height)
-        if top <= radius:
-            raise InputError(f"punch height = {top} m must exceed its radius {radius} m")
-        pieces: list[Piece] = [
-            Line((radius, top), (radius, radius)),
-            Arc((0.0, radius), radius, 0.0, -math.pi / 2),
-        ]
-        return cls(name=name, surface=revolve(pieces, facet), **options)
+        surface = basic_shapes.punch(radius, height, facet)
+        return cls(name=name, surface=surface, **options)
 
     @classmethod
     def die(
@@ -228,14 +220,8 @@ class Tool:
             facet: facet size [m].
             options: motion, turn, friction, temperature.
         """
-        hole, edge, outer = _ring("die", hole_radius, edge_radius, outer_radius)
-        bottom = -max(positive("die depth", depth, unit="m"), 1.1 * edge)
-        pieces: list[Piece] = [
-            Line((hole, bottom), (hole, -edge)),
-            Arc((hole + edge, -edge), edge, math.pi, math.pi / 2),
-            Line((hole + edge, 0.0), (outer, 0.0)),
-        ]
-        return cls(name=name, surface=revolve(pieces, facet), **options)
+        surface = basic_shapes.die(hole_radius, edge_radius, outer_radius, depth, facet)
+        return cls(name=name, surface=surface, **options)
 
     @classmethod
     def blank_holder(
@@ -263,13 +249,8 @@ class Tool:
                 round.
             options: motion, turn, friction, temperature.
         """
-        hole, edge, outer = _ring("holder", hole_radius, edge_radius, outer_radius)
-        pieces: list[Piece] = [
-            Line((outer, 0.0), (hole + edge, 0.0)),
-            Arc((hole + edge, edge), edge, -math.pi / 2, -math.pi),
-            Line((hole, edge), (hole, 5.0 * edge)),
-        ]
-        return cls(name=name, surface=revolve(pieces, facet, sector), **options)
+        surface = basic_shapes.blank_holder(hole_radius, edge_radius, outer_radius, facet, sector)
+        return cls(name=name, surface=surface, **options)
 
     @classmethod
     def table(
@@ -292,25 +273,13 @@ class Tool:
             facet: facet size [m].
             options: motion, turn, friction, temperature.
         """
-        size("table radius", radius)
-        size("edge_radius", edge_radius)
-        if edge_radius >= radius:
-            raise InputError(f"edge_radius = {edge_radius} m must be below the table's {radius} m")
-        size("depth", depth)
-        flat, bottom = radius - edge_radius, -max(depth, 1.1 * edge_radius)
-        pieces: list[Piece] = [
-            Line((0.0, 0.0), (flat, 0.0)),
-            Arc((flat, -edge_radius), edge_radius, math.pi / 2, 0.0),
-            Line((radius, -edge_radius), (radius, bottom)),
-        ]
-        return cls(name=name, surface=revolve(pieces, facet), **options)
+        surface = basic_shapes.table(radius, edge_radius, depth, facet)
+        return cls(name=name, surface=surface, **options)
 
     @classmethod
     def sphere(cls, name: str = "sphere", *, radius: float, facet: float = 5e-3, **options) -> Tool:
         """Upper three quarters of a sphere, its pole at the origin, pointing up."""
-        size("sphere radius", radius)
-        pieces = [Arc((0.0, -radius), radius, math.pi / 2, -math.pi / 4)]
-        return cls(name=name, surface=revolve(pieces, facet), **options)
+        return cls(name=name, surface=basic_shapes.sphere(radius, facet), **options)
 
     @classmethod
     def plate(
@@ -333,11 +302,7 @@ class Tool:
             facet: facet size [m].
             options: motion, turn, friction, temperature.
         """
-        size("plate width", width)
-        if not isinstance(facing, str) or facing not in ("up", "down"):
-            raise InputError(f"plate facing = {said(facing)} must be 'up' or 'down'")
-        side = 0.5 * width if facing == "up" else -0.5 * width
-        surface = extrude([Line((-side, 0.0), (side, 0.0))], height, facet)
+        surface = basic_shapes.plate(width, height, facing, facet)
         return cls(name=name, surface=surface, **options)
 
     @classmethod
@@ -353,9 +318,7 @@ class Tool:
             facet: facet size [m].
             options: motion, turn, friction, temperature.
         """
-        size("drum radius", radius)
-        surface = extrude([Arc((0.0, 0.0), radius, math.pi, -math.pi)], length, facet)
-        return cls(name=name, surface=surface, **options)
+        return cls(name=name, surface=basic_shapes.drum(radius, length, facet), **options)
 
 
 def _rotation(axis: Sequence[float], angle: float) -> np.ndarray:
@@ -364,13 +327,3 @@ def _rotation(axis: Sequence[float], angle: float) -> np.ndarray:
     if largest == 0.0:
         raise InputError("axis must not be the zero vector")
     return trimesh.transformations.rotation_matrix(angle, direction / largest)
-
-
-def _ring(kind: str, hole: float, edge: float, outer: float) -> tuple[float, float, float]:
-    size(f"{kind} hole_radius", hole)
-    size(f"{kind} edge_radius", edge)
-    if size(f"{kind} outer_radius", outer) <= hole + edge:
-        raise InputError(
-            f"{kind} outer_radius = {outer} m must exceed hole and edge radius, {hole + edge} m"
-        )
-    return hole, edge, outer

@@ -15,6 +15,8 @@ from warpdrape.unit_cell.cell_file import ASSUMED, Plan
 from warpdrape.unit_cell.loading import ShearCurve, TensionTable
 
 SIMULATED = "simulated"
+NOTED = 0.01
+"""Share of the largest couple from which on a card says what was made of it [-]."""
 FLAT = 181
 """Points of the shear curve in which calibration's locking angle is looked for."""
 
@@ -130,6 +132,13 @@ def _tension(plan: Plan, table: TensionTable, source: str) -> dict[str, Any]:
     return law
 
 
+def _rising(simulated: np.ndarray) -> tuple[np.ndarray, float]:
+    """Couples that do not fall, from none, and by how much they did, over the largest [-]."""
+    couples = np.maximum.accumulate(np.maximum(simulated, 0.0))
+    couples[0] = 0.0
+    return couples, float((couples - simulated).max() / max(couples[-1], 1e-300))
+
+
 def _shear(plan: Plan, curve: ShearCurve, source: str) -> dict[str, Any]:
     held = " and ".join(f"{t:.3g}" for t in plan.loads.shear_tension)
     end = math.degrees(curve.angles[-1])
@@ -139,10 +148,14 @@ def _shear(plan: Plan, curve: ShearCurve, source: str) -> dict[str, Any]:
         f"{100 * share:.2g} % of it at {end:.3g}°; ends there: {curve.end}; beyond it is "
         "extrapolated"
     )
-    if curve.skew > 0.01:
+    if curve.skew > NOTED:
         doubt += f"; the weave shears {100 * curve.skew:.2g} % harder one way: the mean is given"
-    couples = np.maximum.accumulate(np.maximum(1e3 * curve.couples, 0.0))
-    couples[0] = 0.0
+    couples, fallen = _rising(1e3 * curve.couples)
+    if fallen > NOTED:
+        doubt += (
+            f"; the simulated couple falls on its way, by {100 * fallen:.2g} % of its largest at "
+            "the most: kept level there"
+        )
     return {
         "law": "table",
         "angles": quantity(np.degrees(curve.angles), "deg", source, "", SIMULATED),

@@ -1,4 +1,4 @@
-"""Prepregs: forces by rate and temperature, what is left when motion stops, cooling between plates.
+"""Prepregs: forces by rate and temperature, and what is left when motion stops.
 
 The picture frame is the bundled scene. After a stop the work of a frame tells no force: another one
 creeps on at a hundredth of its rate.
@@ -15,15 +15,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from warpdrape import Clamp, Fabric, Float, Heat, Matrix, Numerics, Ply, Scene, Tool, lay_up
+from warpdrape import Clamp, Fabric, Matrix, Numerics, Ply, Scene
 from warpdrape.commands.scene_library import find_script
 from warpdrape.coupons.closed_forms import couple_per_area, wet_couple
 from warpdrape.materials.fabric_library import load_fabric
-from warpdrape.materials.viscosity import Arrhenius, Newtonian
+from warpdrape.materials.viscosity import Newtonian
 from warpdrape.units import celsius
 from warpdrape.verification.case import CaseResult, relative
 from warpdrape.verification.coupons import worst_force
-from warpdrape.verification.strip import yarn_fabric
+from warpdrape.verification.heat import heat_cases
 
 CARD = "synthetic_prepreg"
 TESTS = ((0.5, 260.0), (5.0, 260.0), (50.0, 260.0), (0.5, 220.0), (5.0, 220.0), (50.0, 220.0))
@@ -180,45 +180,6 @@ def other_clocks() -> Iterator[CaseResult]:
     yield relative("the same, with mass for a longer step: couple", heavy, one, LIMIT, "N/m")
 
 
-def between_plates(process: float = 3.0, *, tools: tuple[float, float] = (360.0, 400.0)):
-    """Mean temperature over time of a ply pressed between two plates, and the closed form [K].
-
-    Args:
-        process: time of it all in the process [s].
-        tools: temperatures of the lower and the upper plate [K].
-    """
-    shift = Arrhenius(activation_energy=5e4, reference_temperature=520.0, lowest_temperature=450.0)
-    heat = Heat(capacity=900.0, conductance=300.0)
-    matrix = Matrix(viscosity=Newtonian(1e4), shift=shift, heat=heat)
-    fabric = replace(yarn_fabric(1e5, 0.6), matrix=matrix)
-    (ply,) = lay_up([Ply.rectangle("ply", fabric, 0.04, cells=4, mesh="grid")])
-    press = Float(force=20.0, mass=0.05, ramp=2e-4)
-    top = Tool.plate("top", width=0.1, height=0.1, facing="down", motion=press)
-    bottom = Tool.plate("bottom", width=0.1, height=0.1)
-    scene = Scene(
-        name="plates",
-        plies=[ply],
-        tools=[
-            replace(bottom, temperature=tools[0]),
-            replace(top.moved((0.0, 0.0, fabric.thickness)), temperature=tools[1]),
-        ],
-        duration=0.02,
-        process_duration=process,
-        gravity=(0.0, 0.0, 0.0),
-    )
-    history = scene.run(frames=10).history
-    rate, goal = 2.0 * heat.conductance / heat.capacity, 0.5 * sum(tools)
-    passed = history["time_s"] / scene.duration * process
-    return history["ply_mean_temperature_k"], goal + (520.0 - goal) * np.exp(-rate * passed)
-
-
-def cooling() -> CaseResult:
-    """Fall of the temperature in half of the time, on plates of 360 and 400 K."""
-    found, exact = between_plates()
-    fall = float(found[0] - found[5]), float(exact[0] - exact[5])
-    return relative("prepreg between two plates: fall of its temperature", *fall, LIMIT, "K")
-
-
 def prepreg(quick: bool, folder: Path) -> Iterator[CaseResult]:
     """All cases of this file."""
     for process, degrees in (TESTS[0], TESTS[-1]) if quick else TESTS:
@@ -226,4 +187,4 @@ def prepreg(quick: bool, folder: Path) -> Iterator[CaseResult]:
     yield from stopped()
     yield relaxing()
     yield from other_clocks()
-    yield cooling()
+    yield from heat_cases()

@@ -1,0 +1,123 @@
+"""Tables of pressed shapes: what each gives by default, and holder force on the tetrahedron."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pages import markdown
+from runs import Run, Runs
+
+SHAPES = ("square_box", "tetrahedron", "prism", "double_dome")
+FORCES = (20, 100, 500, 2000)
+LAYUPS = (("0/0", 0.3), ("0/90", 0.3), ("0/45", 0.0), ("0/45", 0.1), ("0/45", 0.3), ("0/45", 0.6))
+STACK: dict[str, Any] = {"holder_force": 50, "bending": 0.001, "cells": 24}
+
+
+def shapes(runs: Runs) -> str:
+    """Every pressed shape with its defaults."""
+    headings = (
+        "scene",
+        "travel",
+        "largest shear",
+        "95 % below",
+        "draw-in along warp, weft, at the corners",
+        "punch",
+        "energy error",
+        "penetration",
+    )
+    rows = []
+    for name in SHAPES:
+        run = runs.run(name)
+        ply, drawn = run.summary["plies"][0], run.summary["plies"][0]["draw_in_m"]
+        punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
+        travel = run.scene.parameters["travel"]
+        rows.append(
+            [
+                f"`{name}`",
+                f"{1e3 * travel:.0f} mm",
+                f"{ply['max_shear_deg']:.1f}°",
+                f"{ply['p95_shear_deg']:.1f}°",
+                ", ".join(f"{1e3 * drawn[at]:.1f}" for at in ("warp", "weft", "bias")) + " mm",
+                f"{punch['force_n']:.0f} N",
+                f"{100 * run.summary['energy_error']:.2f} %",
+                f"{1e3 * run.summary['max_penetration_m']:.3f} mm",
+            ]
+        )
+    return markdown(headings, rows)
+
+
+WRINKLES = ("wrinkles", "largest amplitude", "area", "excess length", "too short for the mesh")
+
+
+def wrinkle_cells(run: Run, ply: int = 0) -> list[str]:
+    """What is said of a ply's wrinkles, under `WRINKLES`."""
+    found = run.summary["plies"][ply]["defects"]["wrinkles"]
+    short = found["too_short_for_the_mesh"]
+    waves = f"{short['number']}"
+    if short["number"]:
+        waves += f", {1e3 * short['max_amplitude_m']:.1f} mm"
+    return [
+        f"{found['number']}",
+        f"{1e3 * found['max_amplitude_m']:.1f} mm" if found["number"] else "–",
+        f"{100 * found['area_share']:.2g} %",
+        f"{1e3 * found['excess_length_m']:.2g} mm",
+        waves,
+    ]
+
+
+def tetrahedron_force(runs: Runs) -> str:
+    """Wrinkles and yarn strain of the tetrahedron over the holder's force."""
+    rows = []
+    for force in FORCES:
+        run = runs.run("tetrahedron", cells=40, holder_force=force)
+        ply = run.summary["plies"][0]
+        strain = max(ply["max_strain_warp"], ply["max_strain_weft"])
+        softened = run.scene.numerics.yarn_softening
+        punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
+        rows.append(
+            [
+                f"{force} N",
+                *wrinkle_cells(run),
+                f"{100 * strain / softened:.2g} %",
+                f"{punch['force_n']:.0f} N",
+            ]
+        )
+    return markdown(("holder", *WRINKLES, "largest yarn strain", "punch"), rows)
+
+
+def two_plies(runs: Runs) -> str:
+    """Two plies by orientation and friction between them."""
+    rows = []
+    for layup, friction in LAYUPS:
+        run = runs.run("stacked_hemisphere", layup=layup, ply_friction=friction, **STACK)
+        plies = run.summary["plies"]
+        found = [ply["defects"]["wrinkles"] for ply in plies]
+        every = [each["number"] + each["too_short_for_the_mesh"]["number"] for each in found]
+        largest = max(
+            max(each["max_amplitude_m"], each["too_short_for_the_mesh"]["max_amplitude_m"])
+            for each in found
+        )
+        lifted = float(np.max(-run.result.history["holder_displacement_m"]))
+        rows.append(
+            [
+                layup,
+                f"{friction:g}",
+                ", ".join(
+                    f"{all_of} ({all_of - each['number']} too short)" if all_of else "0"
+                    for all_of, each in zip(every, found, strict=True)
+                ),
+                f"{1e3 * largest:.1f} mm" if largest else "–",
+                f"{1e3 * lifted:.1f} mm" if lifted > 5e-5 else "–",
+                f"{100 * run.summary['energy_error']:.2f} %",
+            ]
+        )
+    headings = (
+        "lay-up",
+        "friction",
+        "waves on lower and upper ply",
+        "largest amplitude",
+        "holder up",
+        "energy error",
+    )
+    return markdown(headings, rows)

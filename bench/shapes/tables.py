@@ -1,0 +1,21 @@
+"""The tables by name: each with its page and what makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import dimensions
+from hemisphere import hemisphere_diagonal, hemisphere_outline
+from meshes import wrinkle_meshes
+from press import shapes, tetrahedron_force, two_plies
+from runs import Runs
+
+TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
+    **dimensions.tables(),
+    "shapes": ("benchmarks.md", shapes),
+    "hemisphere_diagonal": ("benchmarks/hemisphere.md", hemisphere_diagonal),
+    "hemisphere_outline": ("benchmarks/hemisphere.md", hemisphere_outline),
+    "tetrahedron_force": ("benchmarks/tetrahedron.md", tetrahedron_force),
+    "two_plies": ("benchmarks/two_plies.md", two_plies),
+    "wrinkle_meshes": ("defects.md", wrinkle_meshes),
+}

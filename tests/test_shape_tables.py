@@ -1,0 +1,105 @@
+"""Tables of the benchmark pages: each has its place, and what needs no run is as the scenes say."""
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from warpdrape import DefectThresholds
+from warpdrape.blanks.ply import Ply
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def shapes():
+    """The modules of the script, for this file only."""
+    before = set(sys.modules)
+    sys.path.insert(0, str(ROOT / "bench" / "shapes"))
+    try:
+        import bending
+        import dimensions
+        import meshes
+        import pages
+        import tables
+
+        yield SimpleNamespace(
+            bending=bending, dimensions=dimensions, meshes=meshes, pages=pages, tables=tables
+        )
+    finally:
+        sys.path.remove(str(ROOT / "bench" / "shapes"))
+        for name in set(sys.modules) - before:
+            if str(getattr(sys.modules[name], "__file__", "")).startswith(str(ROOT / "bench")):
+                del sys.modules[name]
+
+
+def in_page(shapes, name):
+    page = (ROOT / "docs" / shapes.tables.TABLES[name][0]).read_text("utf-8")
+    start, end = shapes.pages.marks(name)
+    assert page.count(start) == page.count(end) == 1, name
+    return page.partition(start)[2].partition(end)[0].strip()
+
+
+def test_every_table_has_its_place_and_is_written(shapes):
+    for name in shapes.tables.TABLES:
+        table = in_page(shapes, name)
+        assert table.startswith("| ") and table.count("\n") >= 3, name
+
+
+def test_no_page_has_a_table_that_nothing_makes(shapes):
+    for page in (ROOT / "docs").rglob("*.md"):
+        for line in page.read_text("utf-8").splitlines():
+            if line.startswith("<!-- table "):
+                name = line.split()[2].rstrip(":")
+                assert shapes.tables.TABLES[name][0] == page.relative_to(ROOT / "docs").as_posix()
+
+
+def test_dimensions_are_the_scenes_own(shapes):
+    for name in shapes.dimensions.SHAPES:
+        table = shapes.dimensions.dimensions(name, None)
+        assert in_page(shapes, f"{name}_dimensions") == table
+    assert "| `slope_deg` | 60° |" in shapes.dimensions.dimensions("tetrahedron", None)
+    assert "| `dome_radius` | 50 mm |" in shapes.dimensions.dimensions("double_dome", None)
+
+
+def test_a_table_is_put_between_its_lines_only(shapes, tmp_path):
+    start, end = shapes.pages.marks("some")
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{start}\n\n| old |\n\n{end}\nafter\n", "utf-8")
+    shapes.pages.written("page.md", "some", "| new \\1 |", tmp_path)
+    assert page.read_text("utf-8") == f"before\n{start}\n\n| new \\1 |\n\n{end}\nafter\n"
+    assert list(tmp_path.iterdir()) == [page]
+    with pytest.raises(SystemExit, match="one place for table other"):
+        shapes.pages.written("page.md", "other", "| x |", tmp_path)
+
+
+def test_an_exponent_is_found_with_its_error(shapes):
+    stiffness = np.array([1e-3, 3e-3, 1e-2, 3e-2])
+    assert shapes.bending.exponent(stiffness, 0.2 * stiffness**0.25) == "0.25 ± 0.00"
+    waves = 0.2 * stiffness**0.25 * np.exp([0.1, -0.1, -0.1, 0.1])
+    x = np.log(stiffness)
+    design = np.stack([x, np.ones(4)], axis=1)
+    fit, *_ = np.linalg.lstsq(design, np.log(waves), rcond=None)
+    left = np.log(waves) - design @ fit
+    error = np.sqrt(left @ left / 2 * np.linalg.inv(design.T @ design)[0, 0])
+    assert shapes.bending.exponent(stiffness, waves) == f"{fit[0]:.2f} ± {error:.2f}"
+
+
+def test_a_surface_is_measured_alike_on_other_meshes(shapes):
+    """Waves of 40 mm and 1 mm on squares of 6.25 mm, carried over to coarser ones."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.3, cells=48, mesh="grid")
+    flat = np.asarray(ply.mesh.vertices)
+    height = 1e-3 * np.cos(2.0 * np.pi * flat[:, 0] / 0.04)
+    points = np.column_stack([flat, height])
+    scene = SimpleNamespace(plies=[ply], tools=[], defects=DefectThresholds())
+    formed = SimpleNamespace(rest_points=ply.rest_points, points=points)
+    result = SimpleNamespace(plies=[formed], tools=[])
+    run = SimpleNamespace(scene=scene, at=lambda _: result)
+    for cells, mesh in ((48, "grid"), (40, "grid"), (40, "random")):
+        found = shapes.meshes.measured_on(run, cells, mesh).those(resolved=True)
+        waves = [wrinkle.wavelength for wrinkle in found]
+        assert np.median(waves) == pytest.approx(0.04, rel=0.02), (cells, mesh)
+        amplitude = np.median([wrinkle.amplitude for wrinkle in found])
+        assert amplitude == pytest.approx(1e-3, rel=0.05), (cells, mesh)
