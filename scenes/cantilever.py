@@ -48,6 +48,11 @@ def build(
         stiffness = cloth.bending.in_plane[family == "weft"]  # of yarns whose fibres have slid
     else:
         stiffness = getattr(cloth.bending, family)
+    if stiffness == 0.0:
+        raise InputError(
+            f"family = {family}: bending.{family} of {cloth.name!r} is 0 N·m, and a strip without "
+            "stiffness hangs straight down; take the other family, or give bending"
+        )
     length = overhang or 2.0 * (stiffness / (GRAVITY * cloth.areal_density)) ** (1.0 / 3.0)
     angle = 0.0 if family == "warp" else -0.5 * math.pi
     strip = Ply.rectangle(
