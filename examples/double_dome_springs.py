@@ -89,9 +89,10 @@ def build(
         edge=blank_length / cells,
         warp_angle=turn + math.radians(warp_angle_deg),
     )
+    flat = ply.rest_points[:, :2]
     springs = [
-        *_pair("long", 1, long_stiffness, (long_place, half, grip, corner), turn),
-        *_pair("short", 0, short_stiffness, (short_place, half, grip, corner), turn),
+        *_pair("long", 1, long_stiffness, (long_place, half, grip, corner), turn, flat),
+        *_pair("short", 0, short_stiffness, (short_place, half, grip, corner), turn, flat),
     ]
     return replace(
         pressed,
@@ -127,15 +128,19 @@ def _turned(angle: float) -> np.ndarray:
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
 
 
-def _pair(name, across, stiffness, where, turn) -> list[Spring]:
-    """The four grips of two edges.
+def _pair(name, across, stiffness, where, turn, flat) -> list[Spring]:
+    """The four grips of two edges, each as springs on the vertices that it holds.
+
+    A vertex has the share of a grip that covers its piece of the edge, so that moving the grip by
+    less than a triangle moves its pull too.
 
     Args:
         name: of the edges.
         across: axis that points out of them, 0 for x or 1 for y.
-        stiffness: of each spring [N/m].
+        stiffness: of each grip [N/m].
         where: place of the grips' middles, half the blank's sides, grips' width, cut corners [m].
         turn: of the blank [rad].
+        flat: vertices of the blank [m], shape [n, 2].
     """
     place, half, grip, corner = where
     if stiffness == 0.0:
@@ -148,26 +153,41 @@ def _pair(name, across, stiffness, where, turn) -> list[Spring]:
             f"{most:g} m, where the edge ends"
         )
     springs = []
+    back = flat @ _turned(turn)
     for side in (-1.0, 1.0):
         outwards = np.zeros(2)
         outwards[across] = side * FRAME
+        edge = np.flatnonzero(side * back[:, across] > half[across] - 1e-6)
         for end in (-1.0, 1.0):
-
-            def held(points: np.ndarray, side: float = side, end: float = end) -> np.ndarray:
-                flat = points[:, :2] @ _turned(turn)  # turned back
-                edge = side * flat[:, across] > half[across] - 1e-6
-                return edge & (abs(end * flat[:, along] - place) <= 0.5 * grip + 1e-6)
-
-            springs.append(
-                Spring(
-                    name=f"{name}_{'pn'[side < 0]}{'pn'[end < 0]}",
-                    ply="ply_0",
-                    where=held,
-                    to=(*(_turned(turn) @ outwards), 0.0),
-                    stiffness=stiffness,
+            shares = _shares(back[edge, along], end * place, grip)
+            for vertex, share in zip(edge[shares > 0.0], shares[shares > 0.0], strict=True):
+                springs.append(
+                    Spring(
+                        name=f"{name}_{'pn'[side < 0]}{'pn'[end < 0]}_{vertex}",
+                        ply="ply_0",
+                        where=[int(vertex)],
+                        to=(*(_turned(turn) @ outwards), 0.0),
+                        stiffness=stiffness * float(share),
+                    )
                 )
-            )
     return springs
+
+
+def _shares(places: np.ndarray, middle: float, grip: float) -> np.ndarray:
+    """Share of a grip at each vertex of an edge, shape [n]: that of its piece that is covered.
+
+    Args:
+        places: of the vertices along the edge [m].
+        middle: of the grip [m].
+        grip: width of it [m].
+    """
+    order = np.argsort(places)
+    ends = places[order]
+    cuts = np.concatenate([ends[:1], 0.5 * (ends[1:] + ends[:-1]), ends[-1:]])
+    covered = np.clip(cuts, middle - 0.5 * grip, middle + 0.5 * grip)
+    shares = np.empty(len(places))
+    shares[order] = np.diff(covered) / grip
+    return shares
 
 
 if __name__ == "__main__":

@@ -79,7 +79,9 @@ def read_drape(result: Result, disc_radius: float, specimen_radius: float) -> di
 
     Returns:
         ``drape_coefficient``: the shadow's area without the disc's over the flat specimen's without
-        it [-]; ``folds``: their number; ``edge_drop_m``: how far the edge hangs down in the mean.
+        it [-]; ``folds``: their number; ``strongest_wave``: of the edge in plan, in waves round it,
+        a number of folds that knows no threshold; ``edge_drop_m``: how far the edge hangs down in
+        the mean.
     """
     radius, drop = shadow(result.plies[0], disc_radius)
     disc, flat = math.pi * disc_radius**2, math.pi * specimen_radius**2
@@ -87,6 +89,7 @@ def read_drape(result: Result, disc_radius: float, specimen_radius: float) -> di
     return {
         "drape_coefficient": (area - disc) / (flat - disc),
         "folds": count_folds(radius, specimen_radius - disc_radius),
+        "strongest_wave": strongest_wave(radius),
         "edge_drop_m": drop,
     }
 
@@ -115,6 +118,17 @@ def count_folds(radius: np.ndarray, overhang: float) -> int:
     once = np.append(np.roll(radius, -start), radius[start])
     peaks, _ = find_peaks(once, prominence=PROMINENCE * overhang)
     return len(peaks)
+
+
+def strongest_wave(radius: np.ndarray) -> int:
+    """Waves round a periodic outline of its strongest harmonic, from two on: one is a shift.
+
+    Of an outline without folds it means nothing.
+
+    Args:
+        radius: of the edge in plan at equal angles all round [m].
+    """
+    return 2 + int(np.argmax(np.abs(np.fft.rfft(radius))[2:]))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 from warpdrape import Clamp, Fabric, Numerics, Ply, Pressure, Scene, Tool, lay_up
 from warpdrape.errors import InputError, positive
 from warpdrape.materials.fabric_library import with_bending
+from warpdrape.scenes.press import read_layup
 from warpdrape.tools.profile import Arc, Line, revolve
 from warpdrape.units import deg, mm
 
@@ -93,7 +94,7 @@ def build(
     cloth, rubber = with_bending(fabric, bending), Fabric.rubber("rubber", **RUBBER)
     plies = [
         Ply.rectangle(f"ply_{n}", cloth, blank_size, edge=edge, warp_angle=angle * deg)
-        for n, angle in enumerate(_angles(layup))
+        for n, angle in enumerate(read_layup(layup))
     ]
     # Where both hang down from the frame the upper one is inside by its thickness.
     radii = {"lower": FRAME_RADIUS, "upper": FRAME_RADIUS - rubber.thickness}
@@ -116,15 +117,6 @@ def build(
         numerics=Numerics(damping=damping, yarn_softening=yarn_softening, **CONTACT),
         parameters=parameters,
     )
-
-
-def _angles(layup: str) -> list[float]:
-    try:
-        return [float(part) for part in layup.split("/")]
-    except ValueError:
-        raise InputError(
-            f"layup = {layup!r} must be angles in degrees with strokes between, as 0/45"
-        ) from None
 
 
 def _rim(radius: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from warpdrape import Friction, InputError, Ply, Scene
+from warpdrape import Air, Friction, InputError, Ply, Scene
 from warpdrape.errors import positive
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.scenes.press import REFERENCE, STANDARD, hemisphere_tools
@@ -22,6 +22,7 @@ def build(
     closing_time: float = 2.0,
     blank_celsius: float = 260.0,
     tool_celsius: float = 200.0,
+    air_celsius: float = 0.0,
     angle_deg: float = 0.0,
     cells: int = 20,
     blank_size: float = 0.3,
@@ -44,6 +45,7 @@ def build(
         closing_time: that the press takes for the stroke; the matrix and friction know this [s].
         blank_celsius: temperature of the ply as it is laid in [°C].
         tool_celsius: of punch, die and holder; 0 for tools that pass no heat [°C].
+        air_celsius: of the air; 0 for air that takes none [°C].
         angle_deg: from the blank's side to the warp [deg].
         cells: squares of four triangles along a side.
         blank_size: side of the blank [m].
@@ -83,10 +85,12 @@ def build(
     scene = hemisphere_tools(
         "prepreg_hemisphere", [ply], {**parameters, **fixed}, MELT, closing_time=closing_time
     )
-    warmth = celsius(tool_celsius) if tool_celsius and cloth.matrix.heat is not None else None
+    holds = cloth.matrix.heat is not None
+    warmth = celsius(tool_celsius) if tool_celsius and holds else None
     return replace(
         scene,
         tools=[replace(tool, temperature=warmth) for tool in scene.tools],
+        air=Air(temperature=celsius(air_celsius)) if air_celsius and holds else None,
         parameters=parameters,
     )
 

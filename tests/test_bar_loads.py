@@ -1,10 +1,12 @@
 """Bars of yarns that slide: forces and pulls are slopes of one energy, for every tension law."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from law_checks import PLAIN, UNEQUAL, crimp_table
+import warp as wp
+from law_checks import PLAIN, SPACING, UNEQUAL, crimp_table
 from sliding_checks import FREE, YARNS, Led, blank, cloth, saw_tooth_yarns
 from test_yarn_net import Led as Pinned
 from test_yarn_net import shaken, turned
@@ -101,8 +103,6 @@ def test_without_slides_they_are_the_pinned_yarns(law):
 
 
 def test_without_slides_strains_and_tensions_shown_are_those_of_pinned_yarns():
-    import warp as wp
-
     rng, ply = np.random.default_rng(2), blank(mesh="aligned", warp_angle=math.pi / 4, cells=4)
     led, pinned, x = Led(ply), Pinned(ply), shaken(ply, rng)
     fields = led.measure(x, led.slides())[2]
@@ -118,32 +118,29 @@ def saw_tooth(law, stretched, longer):
     return yarns * spacing / np.hypot(spacing, heights)
 
 
-@pytest.mark.parametrize(("more", "within"), [(0.0, 1e-6), (0.02, 1e-6), (0.1, 1e-6)])
-def test_a_cell_with_more_yarn_pulls_as_its_saw_teeth_do(more, within):
-    """Beside a whole cell's energy; what is left is the crimp, which does not follow the slide.
-
-    A strip's middle row of bars takes in so much more warp; its distance is 1 + ε of that.
-    """
-    law, strain = PLAIN, np.array([0.006, 0.005])
-    ply = blank(cloth(law, factor=0.01, **FREE), cells=5)
-    led = Led(ply)
-    chains, rest = led.of.chains, ply.rest_points
-    longer = np.array([1.0 + more, 1.0])
-    stretched = longer * (1.0 + strain)
-    x = rest * (*stretched, 1.0)
+def tensions_with_more_yarn(material, more, strain):
+    """Of warp and weft [N per yarn] inside a ply whose every bar has so much more warp in it."""
+    ply = blank(material, cells=5)
+    led, rest = Led(ply), ply.rest_points
     s = np.zeros((led.count, 2))
-    s[:, 0] = more * rest[chains.vertices, 0]  # evenly: every bar has so much more
-    there = chains.left(s)[chains.numbers, chains.family[:, None]].min(axis=1) > 0.99
-    fields = led.measure(x, led.slides(s=s))[2]
-    assert there.any()
+    s[:, 0] = more * rest[led.of.chains.vertices, 0]
+    x = rest * (*(1.0 + strain) * (1.0 + more, 1.0), 1.0)  # yarns are strained alike
+    tension = led.measure(x, led.slides(s=s))[2]["line_tension"]
     inner = np.abs(rest[np.asarray(ply.mesh.triangles)].mean(axis=1)[:, :2]).max(axis=1) < 0.003
-    found = fields["line_tension"][inner].mean(axis=0) * ply.fabric.yarn_width
-    exact = saw_tooth(law, stretched, longer)
+    return tension[inner].mean(axis=0) * ply.fabric.yarn_width
+
+
+@pytest.mark.parametrize("more", [0.0, 0.02, 0.1])
+def test_a_cell_with_more_yarn_pulls_as_its_saw_teeth_do(more):
+    """Crimp interchange exactly; its table, which knows no heights, within a few per cent."""
+    strain, longer = np.array([0.006, 0.005]), np.array([1.0 + more, 1.0])
+    exact = saw_tooth(PLAIN, longer * (1.0 + strain), longer)
     assert exact.min() > 50.0
-    np.testing.assert_allclose(found, exact, rtol=within)
-    if more >= 0.1:  # with the flat cell's coupling it would be further off
-        flat = saw_tooth(law, 1.0 + strain, np.ones(2))
-        assert np.abs(flat / exact - 1.0).max() > np.abs(found / exact - 1.0).max()
+    found = tensions_with_more_yarn(cloth(PLAIN, factor=0.01, **FREE), more, strain)
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
+    table = replace(cloth(crimp_table(), **FREE), cell_warp=SPACING, cell_weft=SPACING)
+    off = np.abs(tensions_with_more_yarn(table, more, strain) / exact - 1.0).max()
+    assert 0.7 * more < off + 1e-3 and off < 0.75 * more + 1e-3  # figures of docs/approaches.md
 
 
 def test_the_quadrants_of_a_bar_are_those_of_the_net():
@@ -192,6 +189,23 @@ def test_a_taut_chain_does_not_slide_by_itself(law, angle, cells):
     inner = (bars != NONE).all(axis=2)
     assert inner.any() and np.abs(pulls[~inner]).max() > 0.01
     assert np.abs(pulls[inner]).max() < 1e-9 * np.abs(pulls).max()
+
+
+def test_chains_of_uneven_width_that_pull_each_other_even_it_out_by_hundredths_of_a_millimetre():
+    """Beside a slanting border the coupling is that of fewer crossings: not nothing, but little."""
+    weak = {"slip_force_warp": 1e-6, "slip_force_weft": 1e-6}
+    led = Led(blank(cloth(PLAIN, **weak), mesh="aligned", warp_angle=0.4, cells=11))
+    inner = (led.of.chains.bars != NONE).all(axis=1)
+    ends = wp.array(np.where(inner, 0, 1), dtype=wp.int32, device="cpu")
+    led.of.crossovers.held = ends
+    x, slides = 1.004 * led.scene.plies[0].rest_points, led.slides()
+    before = np.abs(led.pulls(x, slides)[inner]).max()
+    for _ in range(600):
+        slides = led.step(x, slides)[1]
+        slides["rate"] *= 0.9
+    assert inner.sum() > 50 and before > 30.0
+    assert np.abs(led.pulls(x, slides)[inner]).max() < 1e-3 * before
+    assert 5e-6 < np.abs(slides["s"]).max() < 1.2e-5
 
 
 def test_viscosity_resists_what_changes_and_loses_energy_by_it():

@@ -128,6 +128,12 @@ def test_the_room_between_spheres_is_that_of_their_radii():
     assert (cavity.below, cavity.above) == (0, 1) and cavity.inside.all()
     assert cavity.room == pytest.approx(1.3e-3)
     assert find_cavities(ways, normals, np.asarray(ply.mesh.triangles), 1.2e-3) == []
+    steep = outwards + 0.75 * np.array([1.0, 0.0, 0.0])  # by 20° to 53°: it stands in the room
+    steep /= np.linalg.norm(steep, axis=1, keepdims=True)
+    lean = (steep * outwards).sum(axis=1)[np.asarray(ply.mesh.triangles)]
+    (part,) = find_cavities(ways, steep, np.asarray(ply.mesh.triangles), 2e-3)
+    np.testing.assert_array_equal(part.inside, (lean >= math.cos(math.radians(30.0))).all(axis=1))
+    assert 0.02 < part.inside.mean() < 0.98
 
 
 def test_two_pairs_of_tools_are_told_apart():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from warpdrape import InputError, cli
+from warpdrape.command_line.command import UNFIT
 from warpdrape.defects.limits import (
     Limits,
     limits_entry,
@@ -183,7 +184,7 @@ def test_judging_a_run_folder(tmp_path, capsys):
     limits = tmp_path / "limits.toml"
     limits.write_text("coverage = {punch = 0.9}\nshear_deg = 0.001\n")
     picture = tmp_path / "marked.png"
-    assert cli.main(["judge", str(folder), str(limits), "--out", str(picture)]) == cli.UNFIT == 3
+    assert cli.main(["judge", str(folder), str(limits), "--out", str(picture)]) == UNFIT == 3
     said, _ = capsys.readouterr()
     assert said.startswith("Unfit: 2 defects") and picture.is_file()
     assert len(read_history(folder)["time_s"]) == 3

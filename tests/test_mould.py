@@ -218,11 +218,53 @@ def test_a_holder_lies_flat_round_the_shape(male):
     assert radius.max() == pytest.approx(0.09, rel=1e-3)
     area = math.pi * (0.09**2 - (room + 2e-3) ** 2)
     assert holder.surface.mesh.area_faces[flat].sum() == pytest.approx(area, rel=0.01)
-    assert holder.motion.mass == pytest.approx(2700 * 5e-3 * area, rel=0.01)
+    # One that goes with the stroke weighs like plies: its inertia is not the press's.
+    plate = 0.5e-3 if male else 5e-3
+    assert holder.motion.mass == pytest.approx(2700 * plate * area, rel=0.01)
+    assert 50.0 / holder.motion.damping == pytest.approx(20.0 if male else 5.0)
     assert holder.motion.axis[2] == (1.0 if male else -1.0)
     assert np.einsum("fi,fki->fk", facing, holder.surface.normals).min() > 0.99
     up = points[:, 2] - z  # the rounding goes away from the plies
     assert (up >= -1e-12).all() != male and (up <= 1e-12).all() == male
+
+
+def ridge(length=0.2):
+    """A hat right through the mould, along x, on a base that ends beside it."""
+    profile = [
+        (-0.08, 0.0),
+        (-0.025, 0.0),
+        (-0.014, 0.025),
+        (0.014, 0.025),
+        (0.025, 0.0),
+        (0.08, 0.0),
+    ]
+    points = [(x, y, z) for x in (-0.5 * length, 0.5 * length) for y, z in profile]
+    n = len(profile)
+    faces = [f for k in range(n - 1) for f in ((k, n + k, n + k + 1), (k, n + k + 1, k + 1))]
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    return wd.Tool(name="mould", surface=read_surface("hat", mesh, 1.0))
+
+
+def test_a_hat_through_the_border_is_male_and_a_groove_female():
+    """Of a border that goes up and down the mean along its length tells, not its corners'."""
+    hat = wd.Mould.of(ridge())
+    assert hat.kind == "male" and not hat.has_rim and hat.face.undercut == 0.0
+    assert hat.face.level == pytest.approx(0.4 * 0.025 * 0.039 / 0.16 / 0.4 * 160 / 360, rel=0.2)
+    groove = wd.Mould.of(ridge(), up="-z")
+    assert groove.kind == "female"
+
+
+def test_an_undercut_is_measured():
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.04)
+    ball.apply_translation((0.0, 0.0, 0.06))
+    plate = trimesh.creation.box((0.2, 0.2, 0.01))
+    both = read_surface("ball", trimesh.util.concatenate([plate, ball]), 1.0)
+    found = face_of("ball", both)
+    whole = found.surface.mesh.area
+    assert found.undercut == pytest.approx(2.0 * math.pi * 0.04**2 / whole, rel=0.05)
+    assert face_of("block", read_surface("block", plate, 1.0)).undercut == 0.0
+    alone = trimesh.creation.icosphere(subdivisions=3, radius=0.04)
+    assert face_of("ball", read_surface("ball", alone, 1.0)).undercut == 0.0  # it is the outside
 
 
 def test_a_mould_without_a_flat_rim_has_no_holder():

@@ -349,7 +349,7 @@ def test_what_a_file_says_is_read(tmp_path):
 def test_limit_is_the_fabrics_own_locking_angle(tmp_path):
     from importlib import resources
 
-    card = (resources.files("warpdrape.fabrics") / "carbon_interlock.toml").read_text("utf-8")
+    card = (resources.files("warpdrape.fabrics") / "synthetic_plain_crimp.toml").read_text("utf-8")
     card += '\n[locking_angle]\nvalue = 52.0\nunit = "deg"\nsource = "-"\nstatus = "assumed"\n'
     (tmp_path / "mine.toml").write_text(card, encoding="utf-8")
     path = tmp_path / "o.toml"

@@ -20,6 +20,7 @@ from warpdrape import (
     Tool,
     lay_up,
     read_run,
+    simulation,
 )
 from warpdrape.cli import main
 from warpdrape.coupons.closed_forms import bias_force
@@ -314,6 +315,35 @@ def test_cold_tools_make_a_press_work_harder():
     assert cold.plies[0].temperature.min() < celsius(215.0)
     lost = [r.history["matrix_viscosity_j"][-1] for r in (warm, cold)]
     assert lost[1] > 1.1 * lost[0]
+
+
+def test_the_air_cools_what_no_tool_covers():
+    still, windy = (
+        coarse(closing_time=5.0, tool_celsius=0.0, air_celsius=t).run(frames=3) for t in (0.0, 25.0)
+    )
+    assert still.plies[0].temperature is None
+    warmth = windy.plies[0].temperature
+    assert warmth.min() < celsius(259.0) and warmth.max() == celsius(260.0)  # under the holder
+
+
+def test_kinetic_energy_is_held_against_what_the_matrix_has_lost_too(monkeypatch):
+    seen = []
+
+    class Watched(simulation.Loading):
+        def adapt(self, kinetic, internal):
+            seen.append((self.time, internal))
+            super().adapt(kinetic, internal)
+
+    monkeypatch.setattr(simulation, "Loading", Watched)
+    scene = frame(0.5, duration=0.01)
+    scene = replace(scene, numerics=replace(scene.numerics, kinetic_limit=0.05))
+    history = scene.run(frames=5).history
+    at_frames = dict(look for look in seen if look[0] in history["loading_time_s"])
+    took = dict(zip(history["loading_time_s"], taken(history), strict=True))
+    assert len(at_frames) > 3
+    for time, internal in at_frames.items():
+        assert internal == pytest.approx(took[time], rel=1e-12)
+    assert history["matrix_viscosity_j"][-1] > 0.5 * history["internal_j"][-1]
 
 
 def test_a_press_resumes_to_the_bit(tmp_path, monkeypatch):

@@ -51,6 +51,7 @@ def test_the_bundled_card_holds_what_its_file_says():
     assert matrix.shift.reference_temperature == pytest.approx(533.15)
     assert matrix.shift.lowest_temperature == pytest.approx(463.15)
     assert (matrix.heat.capacity, matrix.heat.conductance) == (920.0, 500.0)
+    assert (matrix.heat.between, matrix.heat.emissivity) == (800.0, 0.9)
     assert matrix.modulus is None and matrix.rise == (0.0, 0.0)
     stated = {name for name in fabric.sources if name.startswith("matrix.")}
     assert len(stated) == 9 and "matrix.shift.activation_energy" in stated
@@ -122,6 +123,19 @@ def test_faults_are_said_with_file_line_and_key(write, change, words):
         load_fabric(path)
     line = int(re.search(r"mine.toml, line (\d+)", str(refused.value))[1])
     assert line > CARD[: CARD.index("[matrix]")].count("\n")
+
+
+def test_plies_that_pass_no_heat_to_others_need_no_value_for_it(tmp_path):
+    text = CARD[: CARD.index("[matrix.heat.between]")]
+    path = tmp_path / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    held = load_fabric(path).matrix.heat
+    assert held.between is None and held.emissivity == 0.0
+    assert "matrix.heat.between" not in card(load_fabric(path))
+    assert "matrix.heat.between" in card(load_fabric("synthetic_prepreg"))
+    path.write_text(CARD.replace("value = 0.9\n", "value = 1.9\n"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"matrix.heat.emissivity.*must lie in 0 … 1"):
+        load_fabric(path)
 
 
 @pytest.mark.parametrize("value", ["1", "[1, 2, 3]"])

@@ -8,6 +8,7 @@ import pytest
 
 import warpdrape as wd
 from warpdrape import cli
+from warpdrape.command_line.command import UNFIT
 from warpdrape.commands.scene_library import find_script
 from warpdrape.defects.limits import read_thresholds
 from warpdrape.results.run_folder import SUMMARY
@@ -147,7 +148,7 @@ def test_judging_with_a_table_of_thresholds_measures_again(run, with_others, tmp
     assert f"{waves} wave{'s' if waves > 1 else ''}, the largest" in " ".join(said.split())
     assert "Fit" in said and picture.is_file()
     limits.write_text(f"wrinkle_amplitude = 0\n[thresholds]\n{table}\n")
-    assert judge(folder, limits, "--out", picture) == cli.UNFIT
+    assert judge(folder, limits, "--out", picture) == UNFIT
     limits.write_text("wrinkle_amplitude = 0\n[thresholds]\nwrinkle_amplitude = 100\n")
     assert judge(folder, limits, "--out", picture) == cli.DONE
     assert "no wrinkles" in capsys.readouterr()[0]

@@ -95,7 +95,8 @@ def test_a_surface_is_measured_alike_on_other_meshes(shapes):
     points = np.column_stack([flat, height])
     scene = SimpleNamespace(plies=[ply], tools=[], defects=DefectThresholds())
     formed = SimpleNamespace(rest_points=ply.rest_points, points=points)
-    run = SimpleNamespace(scene=scene, result=SimpleNamespace(plies=[formed], tools=[]))
+    result = SimpleNamespace(plies=[formed], tools=[])
+    run = SimpleNamespace(scene=scene, at=lambda _: result)
     for cells, mesh in ((48, "grid"), (40, "grid"), (40, "random")):
         found = shapes.meshes.measured_on(run, cells, mesh).those(resolved=True)
         waves = [wrinkle.wavelength for wrinkle in found]

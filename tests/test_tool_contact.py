@@ -14,12 +14,16 @@ from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.materials.laws import LinearTension
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
+from warpdrape.setup import Clamp
+from warpdrape.tools.motion import Stroke
 from warpdrape.tools.tool import Tool
 
 CLOTH = fabric(LinearTension(400.0, 420.0))
 HALF = 0.5 * CLOTH.thickness
 RADIUS = 0.075
 CENTER = np.array([0.0, 0.0, -RADIUS])
+IN = Stroke(travel=(2.5e-3, 0.0, 0.0), duration=4e-3)
+"""Of a ply that is led under a plate."""
 
 
 def searcher(tools, device="cpu", cells=10, **numerics):
@@ -365,6 +369,34 @@ def test_a_plate_has_a_back_and_a_rounded_border(device):
         gap = (normal * x).sum(axis=1) - level
         # Within 8° of its face the border counts as the face: 1 % of the distance less.
         np.testing.assert_allclose(gap, apart - HALF, atol=0.011 * apart)
+
+
+@pytest.mark.parametrize("beside", [0.05, 0.2])
+def test_a_ply_that_comes_from_aside_meets_a_border_without_a_jump(beside):
+    """Led under a plate that it overlaps, a ply is pushed back by as much as leads it.
+
+    A plate that went on flat beyond its border would push at once as deep as the ply overlaps.
+    """
+    ply = Ply.rectangle("ply", CLOTH, 0.01, cells=2)
+    led = Clamp(name="all", ply="ply", where=lambda p: p[:, 0] < 1.0, motion=IN)
+    plate = Tool.plate("plate", width=0.04, height=0.04, facing="down")
+    scene = Scene(
+        name="aside",
+        plies=[ply],
+        clamps=[led],
+        tools=[plate.moved((0.0262, 0.0, HALF * (1.0 - beside)))],
+        duration=4e-3,
+        friction=0.0,
+        gravity=(0.0, 0.0, 0.0),
+        self_contact=False,
+        numerics=Numerics(search_slide=2e-5),
+    )
+    history = scene.run(frames=40).history
+    pressed = history["contact_j"].max()
+    assert pressed > 5e-6
+    assert history["unbalanced_j"].max() < 1e-3 * pressed  # nothing from nowhere
+    # Planes that serve for a way of the size of the edge lose some: half as much in half the way.
+    assert history["unbalanced_j"].min() > -0.3 * pressed
 
 
 def test_a_sharp_ridge_is_round_to_the_ply(device):

@@ -308,6 +308,8 @@ def test_the_border_of_a_tool_cuts_and_a_closed_tool_has_none():
         ("nan.csv", "curve 1 must be points of three finite numbers"),
         ("a.json", 'must be {"unit": "mm", "loops"'),
         ("broken.json", "cannot be read: "),
+        ("deep.json", "cannot be read: "),
+        ("huge.json", "cannot be read: "),
         ("a.dxf", "cannot be read: "),
         (3.0, "trim = 3.0 must be a file, a side such as z<-20mm, or tool:NAME"),
     ],
@@ -317,6 +319,8 @@ def test_what_says_no_trim_is_refused(given, words, tmp_path, monkeypatch):
     files = {
         "a.txt": "x", "a.csv": "x,y,z\n0,0,0\n", "a.json": "[]", "broken.json": "{", "a.dxf": "x",
         "two.csv": "x_m,y_m,z_m\n0,0,0\n1,0,0\n0,0,0\n",
+        "deep.json": "[" * 100_000,
+        "huge.json": '{"unit": "m", "loops": [[[1' + "0" * 400 + ", 0, 0]]]}",
         "nan.csv": "x_m,y_m,z_m\n0,0,nan\n1,0,0\n0,1,0\n",
     }  # fmt: skip
     for name, text in files.items():

@@ -8,6 +8,8 @@ import pytest
 import warpdrape
 
 SCENE = Path(__file__).parent / "typed_scene.py"
+ROOMS = ("results", "report", "exports")
+"""Rooms of the package that are clean too, beside the modules of public names."""
 SETTINGS = """
 [mypy]
 follow_imports = silent
@@ -33,7 +35,7 @@ def said(tmp_path_factory):
     fault = folder / "typed_fault.py"
     text = SCENE.read_text("utf-8").replace("duration=0.06", 'duration="60 ms"')
     fault.write_text(text.replace("ply.points", "ply.point"), encoding="utf-8")
-    files = [SCENE, fault, *public_modules()]
+    files = [SCENE, fault, *sorted(checked_modules())]
     settings = [f"--config-file={folder / 'mypy.ini'}", f"--cache-dir={folder / 'cache'}"]
     lines, errors, _ = api.run([*settings, "--no-error-summary", *map(str, files)])
     assert errors == ""
@@ -45,11 +47,13 @@ def said(tmp_path_factory):
     return found
 
 
-def public_modules():
+def checked_modules():
     homes = {warpdrape._HOME[name] for name in warpdrape.__all__ if name in warpdrape._HOME}
     modules = [importlib.import_module(f"warpdrape.{home}") for home in {*homes, "laws", "units"}]
     assert len(modules) > 15
-    return [Path(module.__file__) for module in modules]
+    package = Path(warpdrape.__file__).parent
+    rooms = [path for room in ROOMS for path in (package / room).glob("*.py")]
+    return {*(Path(module.__file__) for module in modules), *rooms}
 
 
 def test_a_typed_scene_of_a_user_is_clean(said):
@@ -61,7 +65,7 @@ def test_faults_in_it_are_found(said):
     assert 'expected "float"' in words and '"FormedPly" has no attribute "point"' in words
 
 
-def test_the_modules_of_public_names_are_clean(said):
+def test_the_modules_of_public_names_and_the_rooms_are_clean(said):
     assert said["modules"] == []
 
 

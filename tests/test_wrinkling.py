@@ -129,6 +129,8 @@ def test_folds_of_an_outline_are_counted():
     for number in (2, 5, 8):
         outline = 0.12 + 0.01 * np.cos(number * at + 0.4) + 1e-3 * np.cos(40 * at)
         assert cusick_drape.count_folds(outline, 0.06) == number
+        moved = outline + 0.02 * np.cos(at)  # a specimen that hangs to one side
+        assert cusick_drape.strongest_wave(moved) == number
     assert cusick_drape.count_folds(np.full(720, 0.15), 0.06) == 0
 
 

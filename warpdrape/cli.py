@@ -155,7 +155,7 @@ def _dispatch(argv: list[str]) -> int:
 
         one_of("command", argv[0], COMMANDS)
     try:
-        arguments = parser.parse_args(joined(argv))
+        arguments = parser.parse_args(_joined(argv))
     except SystemExit as end:  # --help and --version have said what they had to
         return int(end.code or DONE)
     if arguments.command is None:

@@ -95,7 +95,7 @@ def numbers(name: str, values: Any) -> np.ndarray:
         raise InputError(f"{name} = {said(values)} must be finite numbers") from None
 
 
-def one_of(kind: str, name: str, known: Iterable[str]) -> str:
+def one_of(kind: str, name: object, known: Iterable[str]) -> str:
     """Return ``name`` if it is known; raise `InputError` with the nearest known one if not."""
     names = sorted(known)
     if isinstance(name, str) and name in names:

@@ -21,7 +21,6 @@ from warpdrape.materials.matrix import Heat
 from warpdrape.numerics import Numerics
 from warpdrape.tools.air import Air
 from warpdrape.tools.chosen import Chosen, chosen_vertices
-from warpdrape.tools.floating import Motion
 from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
@@ -64,7 +63,7 @@ class Clamp:
     name: str
     ply: str
     where: Chosen
-    motion: Motion = field(default_factory=Still)
+    motion: Prescribed = field(default_factory=Still)
     matrix: Callable[[np.ndarray], np.ndarray] | None = None
     follow: Sequence[float] = (0.0, 0.0, 1.0)
     travel: Callable[[np.ndarray], np.ndarray] | None = None

@@ -17,7 +17,7 @@ NEAR = 7.5e-3
 """Radius round a place whose triangles are averaged [m]."""
 ON_THE_BALL = 0.105
 """Way from the pole up to which the ply lies on the punch [m]."""
-ALONG = (0.0, 0.25, 0.5, 0.75, 0.95)
+ALONG = (0.0, 0.25, 0.5, 0.75, 0.9)
 """Places on a half side of the blank, from its middle to its corner, over the half side."""
 
 
@@ -60,12 +60,9 @@ def hemisphere_outline(runs: Runs) -> str:
         edge = entry["defects"]["draw_in"]
         x, y, drawn = (np.abs(np.array(edge[name])) for name in ("x_m", "y_m", "draw_in_m"))
         half = max(x.max(), y.max())
-        along = np.minimum(x, y) / half
-        order = np.argsort(along)
-        found = []
-        for place in ALONG:
-            near = np.abs(along[order] - place) < 0.75 / CELLS
-            found.append(f"{1e3 * drawn[order][near].mean():.1f} mm")
+        places, group = np.unique(np.round(np.minimum(x, y) / half, 6), return_inverse=True)
+        mean = np.bincount(group, drawn) / np.bincount(group)
+        found = [f"{1e3 * np.interp(place, places, mean):.1f} mm" for place in ALONG]
         punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
         wrinkles = entry["defects"]["wrinkles"]
         rows.append(
@@ -78,6 +75,6 @@ def hemisphere_outline(runs: Runs) -> str:
                 f"{punch['force_n']:.0f} N",
             ]
         )
-    places = ["middle of a side", *(f"{place:g}" for place in ALONG[1:])]
-    headings = ["draw-in at", *places, "largest shear", "95 % below", "wrinkles, short waves"]
+    at = ["middle of a side", *(f"{place:g}" for place in ALONG[1:])]
+    headings = ["draw-in at", *at, "largest shear", "95 % below", "wrinkles, short waves"]
     return markdown([*headings, "punch"], rows)

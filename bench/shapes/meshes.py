@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pages import markdown
-from runs import Run, Runs
+from runs import FRAMES, Run, Runs
 from scipy.interpolate import LinearNDInterpolator
 
 from warpdrape.blanks.ply import Ply
@@ -12,30 +12,34 @@ from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.wrinkles import WrinkleSearch, Wrinkling
 from warpdrape.tools.pose import pose_between
 
-STIFFNESS, FORCE = 1e-2, 10
+STIFFNESS, FORCE = 3e-3, 1
 """Bending of the ply [N·m] and force on the holder [N]: waves of many sides of triangles."""
 FINE = 48
 """Squares of the run that is measured."""
 COARSER = (40, 32, 24)
+MIDDLE = 41
+"""Frame at which its waves are many and of medium height; at the end they are steep folds."""
 RUNS = (24, 32, 48)
 
 
-def measured_on(run: Run, cells: int, mesh: str) -> Wrinkling:
+def measured_on(run: Run, cells: int, mesh: str, frame: int = FRAMES) -> Wrinkling:
     """Wrinkles of a run's formed surface, carried over to another mesh of the same blank.
 
     Args:
         run: the run.
         cells: squares along a side of the other mesh.
         mesh: its kind.
+        frame: of the run.
     """
-    (ply,), (formed,) = run.scene.plies, run.result.plies
+    result = run.at(frame)
+    (ply,), (formed,) = run.scene.plies, result.plies
     size = 2.0 * float(np.abs(formed.rest_points[:, 0]).max())
     other = Ply.rectangle("other", ply.fabric, size, cells=cells, mesh=mesh)
     flat = np.clip(np.asarray(other.mesh.vertices), -0.5 * size, 0.5 * size)
     points = LinearNDInterpolator(formed.rest_points[:, :2], formed.points)(flat * (1.0 - 1e-9))
     poses = [
         pose_between(tool.vertices, placed.vertices)
-        for tool, placed in zip(run.scene.tools, run.result.tools, strict=True)
+        for tool, placed in zip(run.scene.tools, result.tools, strict=True)
     ]
     gaps = ToolGaps(run.scene.tools)
     search = WrinkleSearch(other.mesh, ply.fabric.thickness, run.scene.defects)
@@ -75,7 +79,7 @@ def wrinkle_meshes(runs: Runs) -> str:
     for cells, mesh in ((FINE, "grid"), *((c, "grid") for c in COARSER), (COARSER[0], "random")):
         kind = "its own" if cells == FINE else mesh
         name = f"{300 / cells:.3g} mm squares, {kind}"
-        rows.append(_row(name, measured_on(run, cells, mesh)))
+        rows.append(_row(name, measured_on(run, cells, mesh, MIDDLE)))
     return markdown(("measured on", *HEADINGS), rows)
 
 

@@ -34,6 +34,10 @@ class Run:
         """The last frame, with summary and history."""
         return read_run(self.folder)
 
+    def at(self, frame: int) -> Result:
+        """Another frame, with the same summary and history."""
+        return self.result if frame == FRAMES else read_run(self.folder, frame=frame)
+
     @property
     def summary(self) -> dict[str, Any]:
         """As in ``summary.json``."""

@@ -95,6 +95,9 @@ def mark_folds(
 ):
     """Say of each patch of a ply whether it may touch the ply; one thread a patch.
 
+    It must be known how far this search looks, and only where points ask in it is there anything to
+    say: then nothing has closed since they asked.
+
     Args:
         patches: as bounded; whether they may is written into it.
         first_patch: of the ply.
@@ -102,6 +105,8 @@ def mark_folds(
         search: how to look.
     """
     p = first_patch + wp.tid()
+    if search.paces[search.part].closed > wp.float64(0.0):
+        return
     found = patches.gaping[p]
     margin = radius_of(search)
     for q in range(first_patch, first_patch + count):

@@ -245,6 +245,27 @@ def tangent_plane(
     return plane, distance
 
 
+@wp.func
+def outrun(
+    mesh: wp.uint64, query: ToolQuery, at: wp.vec3d, seen: wp.float64, needed: wp.float64
+) -> wp.float64:
+    """Way of a free vertex since its last query over what was free then [-], if it passed the tool.
+
+    Args:
+        mesh: of the tool.
+        query: the last one.
+        at: where the vertex is now, tool frame [m].
+        seen: how far off the tool it was then, at least [m].
+        needed: distance from which on it would have been held [m].
+    """
+    way = at - query.at
+    moved = wp.length(way)
+    if seen <= needed or moved <= seen:
+        return wp.float64(0.0)
+    ray = wp.mesh_query_ray(mesh, to_single(query.at), to_single(way / moved), float(moved))
+    return wp.where(ray.result, moved / seen, wp.float64(0.0))
+
+
 @wp.kernel(enable_backward=False)
 def find_tool_contacts(
     sweep: Sweep,
@@ -260,6 +281,7 @@ def find_tool_contacts(
     holds: wp.array(dtype=ToolHold),
     lost: wp.array(dtype=wp.vec3d),
     deepest: wp.array(dtype=wp.float64),
+    fastest: wp.array(dtype=wp.float64),
 ):
     """Find the tangent planes near the vertices; a sweep over these.
 
@@ -283,6 +305,7 @@ def find_tool_contacts(
         holds: shape [tool · vertex]; let go where the tool is near no more.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         deepest: largest penetration seen so far [m], shape [tool]; raised.
+        fastest: largest `outrun` of vertices [-], shape [tool]; raised.
     """
     for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
         before = touching[i]
@@ -303,6 +326,10 @@ def find_tool_contacts(
             used = moved
             if not held:
                 used += ahead
+                if moved > queries[slot].way:
+                    seen = queries[slot].distance - surfaces.sag[tool]
+                    over = outrun(surfaces.meshes[tool], queries[slot], at, seen, near)
+                    wp.atomic_max(fastest, tool, over)
             if used >= queries[slot].way or search.plain == 1:
                 plane = no_plane()
                 distance = search.radius

@@ -57,17 +57,20 @@ def fit_cantilever(tests: Sequence[Test], areal_density: float, draws: int = 400
         areal_density: [kg/m²].
         draws: of the bootstrap.
     """
-    found = {}
+    found, weights = {}, []
     for test in tests:
         per_specimen = [_readings(test, s, areal_density) for s in test.specimens]
         if len(per_specimen) == 1:
             readings = list(per_specimen[0])
+            weights += [test.specimens[0].weight] * len(readings)
         else:
             readings = [float(np.mean(each)) for each in per_specimen]
+            weights += [specimen.weight for specimen in test.specimens]
         found[test.name] = np.array(readings)
     values = np.concatenate(list(found.values()))
     groups = [len(each) for each in found.values()]
-    band = bootstrap(groups, lambda c: c @ values / c.sum(), draws=draws)
+    weights = np.array(weights)
+    band = bootstrap(groups, lambda c: c @ values / c.sum(), weights=weights, draws=draws)
     return StiffnessFit(tests[0].values["family"], band, found)
 
 
@@ -143,12 +146,12 @@ def fit_loops(tests: Sequence[Test], draws: int = 400) -> LoopFit:
     if largest <= 0.0:
         raise InputError(f"{specimens[0].file}: the loop has no moment: check its columns")
     grid = [_squares(specimens, basis, largest, share * end) for share in BUILDS_UP]
-    everyone = np.ones(len(specimens))
-    best = int(np.argmin([g.misfit(everyone, g.fit(everyone)) for g in grid]))
+    weights = np.array([s.weight for s in specimens])
+    best = int(np.argmin([g.misfit(weights, g.fit(weights)) for g in grid]))
 
     def miss(logarithm: float) -> float:
         squares = _squares(specimens, basis, largest, np.exp(logarithm) * end)
-        return squares.misfit(everyone, squares.fit(everyone))
+        return squares.misfit(weights, squares.fit(weights))
 
     bracket = BUILDS_UP[max(best - 1, 0)], BUILDS_UP[min(best + 1, len(BUILDS_UP) - 1)]
     found = minimize_scalar(miss, bounds=np.log(bracket), method="bounded", options={"xatol": 1e-3})
@@ -161,13 +164,13 @@ def fit_loops(tests: Sequence[Test], draws: int = 400) -> LoopFit:
     near = grid[max(best - 2, 0) : best + 3]
 
     def solve(counts: np.ndarray) -> np.ndarray:
-        if (counts == 1.0).all():
-            return wanted @ final.fit(everyone)
+        if (counts == weights).all():
+            return wanted @ final.fit(weights)
         fits = [g.fit(counts) for g in near]
         off = [g.misfit(counts, c) for g, c in zip(near, fits, strict=True)]
         return wanted @ fits[int(np.argmin(off))]
 
-    band = bootstrap(groups, solve, draws=draws)
+    band = bootstrap(groups, solve, weights=weights, draws=draws)
     widths = [loop_width(s, "curvature", "moment", WIDTH_AT) for s in specimens]
     return LoopFit(
         tests[0].values["family"],
@@ -175,10 +178,10 @@ def fit_loops(tests: Sequence[Test], draws: int = 400) -> LoopFit:
         band.part(slice(0, POINTS)),
         band.part([POINTS]),
         over,
-        _of_each(groups, [_slope(s) for s in specimens], draws),
-        _of_each(groups, widths, draws),
+        _of_each(groups, [_slope(s) for s in specimens], weights, draws),
+        _of_each(groups, widths, weights, draws),
         basis,
-        final.fit(everyone)[:-1],
+        final.fit(weights)[:-1],
     )
 
 
@@ -207,9 +210,11 @@ def _slope(specimen: Specimen) -> float | None:
     return float(np.mean(found)) if found else None
 
 
-def _of_each(groups: Sequence[int], values: Sequence[float | None], draws: int) -> Band | None:
+def _of_each(
+    groups: Sequence[int], values: Sequence[float | None], weights: np.ndarray, draws: int
+) -> Band | None:
     """Mean of what specimens say with its band; None where one does not say it."""
     if any(value is None for value in values):
         return None
     array = np.array(values, dtype=float)
-    return bootstrap(groups, lambda c: c @ array / c.sum(), draws=draws)
+    return bootstrap(groups, lambda c: c @ array / c.sum(), weights=weights, draws=draws)

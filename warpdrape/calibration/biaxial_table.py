@@ -72,7 +72,8 @@ def fit_table(
     smooth = _roughness() + AT_REST * np.min(ends) ** 2 * rest.T @ rest
     names = [p.test for p in points]
     groups = [names.count(n) for n in dict.fromkeys(names)]
-    scale = float(np.trace(sum(products))) / smooth.shape[0]
+    weights = np.array([p.weight for p in points])
+    scale = float(np.trace(np.tensordot(weights, products, 1))) / smooth.shape[0]
 
     def solve(counts: np.ndarray) -> np.ndarray:
         product = sum(c * m for c, m in zip(counts, products, strict=True))
@@ -84,7 +85,7 @@ def fit_table(
         both = (at_grid @ solve(counts)).reshape(2, -1) * largest
         return (both.T * width).ravel()
 
-    band = bootstrap(groups, tensions, draws=draws, positive=False)
+    band = bootstrap(groups, tensions, weights=weights, draws=draws, positive=False)
     steps = ends / INTERVALS
     gap = np.abs(grid[:, None] - strains[None]) / steps
     beyond = gap.max(axis=2).min(axis=1) > NEAR

@@ -28,12 +28,14 @@ class Pressed:
         name: of the specimen.
         pressure: rising [Pa], shape [n].
         thickness: of one ply [m], shape [n].
+        weight: in a fit with other specimens [-].
     """
 
     test: str
     name: str
     pressure: np.ndarray
     thickness: np.ndarray
+    weight: float = 1.0
 
 
 def pressed(test: Test) -> list[Pressed]:
@@ -71,7 +73,7 @@ def pressed(test: Test) -> list[Pressed]:
                 "the zero of the gap"
             )
         logs, means = in_bins(np.log(pressure[kept]), thickness[kept])
-        found.append(Pressed(test.name, specimen.name, np.exp(logs), means))
+        found.append(Pressed(test.name, specimen.name, np.exp(logs), means, specimen.weight))
     return found
 
 
@@ -140,11 +142,14 @@ def fit_compaction(
     pressures = np.geomspace(start, end, LEVELS)
     at = basis.rows(np.log(pressures / start))
     at = np.column_stack([np.ones(LEVELS), -at])
-    thickness = bootstrap(groups, lambda c: at @ squares.fit(c), draws=draws)
+    weights = np.array([s.weight for s in specimens])
+    thickness = bootstrap(groups, lambda c: at @ squares.fit(c), weights=weights, draws=draws)
     coefficient = exponent = None
     if solid is not None:
         fits = np.array([np.polyfit(p, np.log(solid) - t, 1) for p, t in logs])
-        both = bootstrap(groups, lambda c: c @ fits / c.sum(), draws=draws, positive=False)
+        both = bootstrap(
+            groups, lambda c: c @ fits / c.sum(), weights=weights, draws=draws, positive=False
+        )
         exponent = both.part([0])
         coefficient = Band(
             *(np.exp(v[1:]) for v in (both.value, both.low, both.high)), both.specimens, both.told

@@ -163,7 +163,7 @@ def _tension(plan: Plan, cloth: Fabric, draws: int) -> dict:
             strains = np.stack([s.columns["strain_warp"], s.columns["strain_weft"]], axis=1)
             forces = np.stack([s.columns["force_warp"], s.columns["force_weft"]], axis=1)
             tensions = forces * np.array(cloth.yarn_width) / test.values["width"]
-            biaxial.append(BiaxialPoints(test.name, s.name, strains, tensions))
+            biaxial.append(BiaxialPoints(test.name, s.name, strains, tensions, s.weight))
     if not strips and not biaxial:
         return {}
     failed = {f: fit_failure([c for c in strips if c.family == f], draws) for f in FAMILIES}

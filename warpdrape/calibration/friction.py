@@ -30,6 +30,7 @@ class Reading:
         yarns: angle between the plies' warp yarns [deg]; None where the test does not say.
         kinetic: coefficient while it slides [-].
         static: largest coefficient before [-]; None from a table of readings.
+        weight: in a fit with other specimens [-].
     """
 
     test: str
@@ -39,6 +40,7 @@ class Reading:
     yarns: float | None
     kinetic: float
     static: float | None = None
+    weight: float = 1.0
 
 
 def readings(test: Test) -> list[Reading]:
@@ -56,7 +58,11 @@ def readings(test: Test) -> list[Reading]:
             rows = zip(columns["pressure"], columns["speed"], columns["friction"], strict=True)
             for number, (pressure, speed, value) in enumerate(rows, start=1):
                 name = f"{specimen.name} {number}"
-                found.append(Reading(test.name, name, pressure, speed, yarns, float(value)))
+                found.append(
+                    Reading(
+                        test.name, name, pressure, speed, yarns, float(value), None, specimen.weight
+                    )
+                )
             continue
         normal, pressure = _pressed(test)
         travel, force = columns["travel"], columns["force"] - test.values.get("tare", 0.0)
@@ -71,7 +77,14 @@ def readings(test: Test) -> list[Reading]:
         static = float(force[~steady].max(initial=force[steady][0])) / normal
         found.append(
             Reading(
-                test.name, specimen.name, pressure, test.values["speed"], yarns, kinetic, static
+                test.name,
+                specimen.name,
+                pressure,
+                test.values["speed"],
+                yarns,
+                kinetic,
+                static,
+                specimen.weight,
             )
         )
     for reading in found:
@@ -144,7 +157,8 @@ def fit_friction(found: Sequence[Reading], draws: int = 400) -> FrictionFit:
         fitted = np.linalg.lstsq(root * rows, root[:, 0] * logs, rcond=None)[0]
         return np.exp(np.concatenate([fitted[:1], fitted[0] + fitted[1:]]))
 
-    band = bootstrap(groups, solve, draws=draws, pool=False)
+    weights = np.array([r.weight for r in found])
+    band = bootstrap(groups, solve, weights=weights, draws=draws, pool=False)
     bands = {}
     for name, at in levels.items():
         if len(at) > 1:

@@ -34,6 +34,7 @@ class LoadingCurve:
         raw_force: [N], shape [m].
         failed_at: strain at which the force was largest and then fell by a fifth; None if not.
         steps: what was done to it, in words.
+        weight: in a fit with other specimens [-].
     """
 
     name: str
@@ -43,6 +44,7 @@ class LoadingCurve:
     raw_force: np.ndarray
     failed_at: float | None = None
     steps: tuple[str, ...] = ()
+    weight: float = 1.0
 
 
 def loading_curves(test: Test) -> list[LoadingCurve]:
@@ -82,7 +84,7 @@ def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
             "check its columns, preload, slack and until"
         )
     binned = in_bins(at, force)
-    return LoadingCurve(specimen.name, *binned, at, force, failed_at, tuple(steps))
+    return LoadingCurve(specimen.name, *binned, at, force, failed_at, tuple(steps), specimen.weight)
 
 
 def in_bins(at: np.ndarray, values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ class Specimen:
         columns: what it is → values in SI, shape [row].
         understood: how the file was read, in words.
         units: what it is → factor to SI, and the unit as the file has it.
+        weight: in a fit with other specimens [-].
     """
 
     name: str
@@ -30,6 +31,7 @@ class Specimen:
     columns: Mapping[str, np.ndarray]
     understood: tuple[str, ...] = ()
     units: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    weight: float = 1.0
 
 
 def read_table(path: Path, wanted: Wanted) -> list[Specimen]:

@@ -108,7 +108,9 @@ def shear_specimens(test: Test) -> list[ShearSpecimen]:
             at, value, steps = curve.at, curve.force, curve.steps
         said, share = ROWS[test.kind](test.values, at, value)
         found.append(
-            ShearSpecimen(test.name, test.kind, specimen.name, test.weight, at, said, share, steps)
+            ShearSpecimen(
+                test.name, test.kind, specimen.name, specimen.weight, at, said, share, steps
+            )
         )
     return found
 

@@ -28,6 +28,7 @@ class YarnCurve:
         strain: [-], rising, shape [n].
         tension: [N per yarn], shape [n].
         failed_at: strain of failure [-]; None where it did not fail.
+        weight: in a fit with other specimens [-].
     """
 
     test: str
@@ -36,6 +37,7 @@ class YarnCurve:
     strain: np.ndarray
     tension: np.ndarray
     failed_at: float | None = None
+    weight: float = 1.0
 
 
 def yarn_curve(
@@ -50,9 +52,8 @@ def yarn_curve(
         width: of the strip [m].
         spacing: width of sheet that one yarn carries [m].
     """
-    return YarnCurve(
-        test, family, curve.name, curve.at, curve.force * spacing / width, curve.failed_at
-    )
+    tension = curve.force * spacing / width
+    return YarnCurve(test, family, curve.name, curve.at, tension, curve.failed_at, curve.weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,17 +85,18 @@ def fit_linear(curves: Sequence[YarnCurve], draws: int = 400) -> LinearFit:
     def mean(counts: np.ndarray) -> np.ndarray:
         return counts @ lines / counts.sum()
 
-    both = bootstrap(groups, mean, draws=draws)
+    both = bootstrap(groups, mean, weights=_weights(curves), draws=draws)
     end = float(np.median([c.strain[-1] for c in curves]))
     return LinearFit(curves[0].family, both.part([0]), both.part([1]), end)
 
 
 def fit_failure(curves: Sequence[YarnCurve], draws: int = 400) -> Band | None:
     """Mean strain at the largest force of strips that failed; None where fewer than half did."""
-    failed = np.array([c.failed_at for c in curves if c.failed_at is not None])
-    if 2 * len(failed) < len(curves) or not len(failed):
+    broken = [c for c in curves if c.failed_at is not None]
+    if 2 * len(broken) < len(curves) or not broken:
         return None
-    return bootstrap([len(failed)], lambda c: c @ failed / c.sum(), draws=draws)
+    failed, weights = np.array([c.failed_at for c in broken]), _weights(broken)
+    return bootstrap([len(failed)], lambda c: c @ failed / c.sum(), weights=weights, draws=draws)
 
 
 def _line(curve: YarnCurve) -> tuple[float, float]:
@@ -105,6 +107,10 @@ def _line(curve: YarnCurve) -> tuple[float, float]:
     if slope <= 0.0:
         raise InputError(f"{curve.name}: its tension does not rise with strain: check the columns")
     return float(slope), float(-level / slope)
+
+
+def _weights(specimens: Sequence[YarnCurve | BiaxialPoints]) -> np.ndarray:
+    return np.array([specimen.weight for specimen in specimens])
 
 
 def _groups(curves: Sequence[YarnCurve]) -> list[int]:
@@ -121,12 +127,14 @@ class BiaxialPoints:
         name: of the specimen.
         strains: (ε1, ε2) [-], shape [n, 2].
         tensions: (T1, T2) [N per yarn], shape [n, 2].
+        weight: in a fit with other specimens [-].
     """
 
     test: str
     name: str
     strains: np.ndarray
     tensions: np.ndarray
+    weight: float = 1.0
 
 
 def crimp_tensions_of(
@@ -211,8 +219,9 @@ def fit_crimp(
             * start
         )
 
-    best = solve(np.ones(sum(groups)), start)
-    return bootstrap(groups, lambda counts: solve(counts, best), draws=draws)
+    weights = _weights([*biaxial, *strips])
+    best = solve(weights, start)
+    return bootstrap(groups, lambda counts: solve(counts, best), weights=weights, draws=draws)
 
 
 def _first_stiffness(strips: Sequence[YarnCurve], biaxial: Sequence[BiaxialPoints]) -> list[float]:

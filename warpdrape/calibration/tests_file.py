@@ -40,7 +40,6 @@ class Test:
         kind: name of its kind.
         values: values of the set-up in SI, and choices as texts.
         specimens: what was measured.
-        weight: of each of its specimens in a fit with other tests [-].
         toe: what is done about a slack start: "keep" or "line".
         empty: travel and force of the empty machine, to be taken off; None without.
         note: what the user says about it.
@@ -54,7 +53,6 @@ class Test:
     kind: str
     values: Mapping[str, Any]
     specimens: tuple[Specimen, ...]
-    weight: float = 1.0
     toe: str = "keep"
     empty: Specimen | None = None
     note: str = ""
@@ -155,14 +153,9 @@ def _test(section: Section, name: str, folder: Path) -> Test:
         if key not in section.values:
             section.fail("", f"{key!r} ({' or '.join(choices)}) is missing")
         values[key] = _choice(section, key, choices)
-    weight = section.values.get("weight", 1.0)
-    try:
-        positive("weight", weight)
-    except InputError as error:
-        section.fail("weight", str(error))
     wanted = _wanted(section, kind)
     files = _files(section, folder)
-    specimens = tuple(s for path in files for s in read_table(path, wanted))
+    specimens = _weighed(section, [s for path in files for s in read_table(path, wanted)])
     empty = None
     if "empty" in section.values:
         if not kind.rising:
@@ -180,13 +173,29 @@ def _test(section: Section, name: str, folder: Path) -> Test:
         kind_name,
         values,
         specimens,
-        float(weight),
         toe,
         empty,
         section.text("note"),
         tuple(path.name for path in files),
         dict(section.values),
     )
+
+
+def _weighed(section: Section, specimens: list[Specimen]) -> tuple[Specimen, ...]:
+    """Specimens with their weights: one number for all of a test, or an array of one for each."""
+    given = section.values.get("weight", 1.0)
+    weights = given if isinstance(given, list) else [given] * len(specimens)
+    if len(weights) != len(specimens):
+        section.fail(
+            "weight",
+            f"has {len(weights)} numbers for {len(specimens)} specimens: give one for each, in the "
+            "order in which --dry lists them, or one for all",
+        )
+    try:
+        weighed = [positive("weight", weight) for weight in weights]
+    except InputError as error:
+        section.fail("weight", str(error))
+    return tuple(replace(s, weight=w) for s, w in zip(specimens, weighed, strict=True))
 
 
 def _value(section: Section, key: str, quantity: str) -> float:

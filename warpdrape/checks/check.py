@@ -40,6 +40,8 @@ def check_scene(
     )
     say(f"{scene.name}: {1e3 * scene.duration:.4g} ms{process}, by the approach {scene.approach!r}")
     say(f"\n{geometry_words(scene)}")
+    if scene.air is not None:
+        say(f"\n{brief(scene.air)}")
     say(f"\nLimits: {_limit_words(scene.limits)}")
     say(f"\nPicture: {draw_start(scene, out)}")
     say(f"\nRun: {_net_words() if fishnet else _run_words(scene, device, frames)}")

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from warpdrape.forces.matrix import shift_struct
 from warpdrape.interaction import Bodies, Interaction, Launch, Launches, Measured, Share
 from warpdrape.kernels.contact.heat import HeldHeat, advance_temperatures, compute_shifts
 from warpdrape.kernels.materials.viscosity import Shift
+from warpdrape.materials.viscosity_data import shift_struct
 from warpdrape.setup import Setup
 
 

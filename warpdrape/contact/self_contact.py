@@ -103,26 +103,26 @@ class SelfContact:
         """Searches of a part's own vertices, and the forces of what they found."""
         plies, part = bodies.plies, share.number
         own = [(ply, run) for ply in self.plies for run in share.by_ply[ply.number]]
+        marked = self.plies if self.scene.numerics.contact == "fast" else ()
+        in_care = [ply for ply in marked if ply.number in share.plies]
         return Launches(
-            copy=tuple(
-                launch
-                for ply in self.plies
-                if ply.number in share.plies and self.scene.numerics.contact == "fast"
-                for launch in self._mark(ply, part, plies)
-            ),
+            copy=tuple(self._bound(ply, plies) for ply in in_care),
+            measure=tuple(self._mark(ply, part, plies) for ply in in_care),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
             scatter=tuple(self._forces(*each, plies, memory) for each in own),
         )
 
-    def _mark(self, ply: SearchedSelf, part: int, plies: PlyState) -> tuple[Launch, Launch]:
+    def _bound(self, ply: SearchedSelf, plies: PlyState) -> Launch:
         first, count = self.runs[ply.number]
-        thickness = ply.thickness
-        search = ply_search(self.scene, self.timing, plies, part, thickness, asking=True)
         inputs = [self.surfaces.facets, plies.x, first]
-        bound = Launch(folds.bound_patches, count, inputs, [self.patches])
-        inputs = [self.patches, first, count, search]
-        return bound, Launch(folds.mark_folds, count, inputs, [])
+        return Launch(folds.bound_patches, count, inputs, [self.patches])
+
+    def _mark(self, ply: SearchedSelf, part: int, plies: PlyState) -> Launch:
+        """Comes after the pace of this search is set, which the plies' surfaces do."""
+        first, count = self.runs[ply.number]
+        search = ply_search(self.scene, self.timing, plies, part, ply.thickness, asking=True)
+        return Launch(folds.mark_folds, count, [self.patches, first, count, search], [])
 
     def _find(
         self,

@@ -53,6 +53,8 @@ class ToolMemory:
         touching: whether a vertex may touch a tool before the next search, shape [vertex].
         holds: friction springs, and the energy in contact, shape [slot].
         deepest: deepest penetration of each tool [m], shape [tool].
+        fastest: way of vertices that passed each tool unseen over what searches had seen [-],
+            0 where none did, shape [tool].
     """
 
     planes: wp.array
@@ -60,7 +62,8 @@ class ToolMemory:
     touching: wp.array
     holds: wp.array
     deepest: wp.array
-    apart: ClassVar[Apart] = {"deepest": Across.LARGEST}
+    fastest: wp.array
+    apart: ClassVar[Apart] = {"deepest": Across.LARGEST, "fastest": Across.LARGEST}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,7 @@ class ToolContact:
         search: how far searches look.
         turning: which tools turn.
         heat: what cools plies on them, None where none cools.
+        names: of the tools.
     """
 
     device: str
@@ -92,6 +96,7 @@ class ToolContact:
     search: ToolSearch
     turning: TurningTools
     heat: ToolHeat | None
+    names: tuple[str, ...]
     name: str = "tool contact"
     searches: str = "tool search"
 
@@ -108,6 +113,7 @@ class ToolContact:
             touching=zeros(n, wp.int32),
             holds=zeros(tools * n, ToolHold),
             deepest=zeros(tools, wp.float64),
+            fastest=zeros(tools, wp.float64),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: ToolMemory) -> Launches:
@@ -118,7 +124,7 @@ class ToolContact:
         for run in share.vertices:
             inputs = [self.surfaces, self.search, self.offset, *moving]
             found = [memory.planes, memory.queries, memory.touching, memory.holds]
-            outputs = [*found, plies.lost, memory.deepest]
+            outputs = [*found, plies.lost, memory.deepest, memory.fastest]
             find.append(Swept(find_tool_contacts, run, inputs, outputs))
             known = [memory.planes, memory.touching]
             inputs = [self.law, self.laws, self.pads, self.surfaces.rubs, self.mass]
@@ -136,6 +142,19 @@ class ToolContact:
             {"contact": float(holds["stored"].sum())},
             pressing={"tool_pressure": holds["pressing"].reshape(len(self.meshes), -1)},
             entries={"tools": [{"max_penetration_m": float(depth)} for depth in deepest]},
+            warnings=self._passing(memory),
+        )
+
+    def _passing(self, memory: ToolMemory) -> tuple[str, ...]:
+        """Warning of the tool that vertices may have passed, faster than searches look for it."""
+        fastest = memory.fastest.numpy()
+        if not fastest.any():
+            return ()
+        tool = int(np.argmax(fastest))
+        return (
+            f"a ply gained speed faster than contact with tool {self.names[tool]!r} looks ahead "
+            f"(by {fastest[tool]:.3g} times) and passed it: load it more slowly, or set contact to "
+            "exact",
         )
 
 
@@ -173,6 +192,7 @@ def build(
         _tool_search(scene, timing),
         turning_tools(scene, device),
         tool_heat(scene, device),
+        tuple(tool.name for tool in scene.tools),
     )
 
 

@@ -101,7 +101,7 @@ class FibreModel:
         """Permeabilities [m²] at fibre volume fractions below `densest`."""
         radius, packing = 0.5 * self.fibre_diameter, PACKINGS[self.packing]
         carman = radius**2 * (1.0 - fraction) ** 3 / fraction**2
-        if self.kozeny_along is not None:
+        if self.kozeny_along is not None and self.kozeny_across is not None:
             return carman / (4.0 * self.kozeny_along), carman / (4.0 * self.kozeny_across)
         gap = np.sqrt(packing.densest / fraction) - 1.0
         return 8.0 * carman / packing.along, packing.across * gap**2.5 * radius**2

@@ -71,7 +71,7 @@ def parts_of(
         for ply, flat in zip(plies, flat_thicknesses, strict=True)
     ]
     every = [of_ply(ply, model) for ply in plies]
-    fractions = [np.minimum(ply.fibre_volume_fraction, model.densest) for ply in plies]
+    fractions = [np.minimum(np.asarray(ply.fibre_volume_fraction), model.densest) for ply in plies]
     parts = {
         ply.name: _columns(ply, own, thickness, fraction)
         for ply, own, thickness, fraction in zip(plies, every, thick, fractions, strict=True)
@@ -100,7 +100,7 @@ def _columns(
     ply: FormedPly, own: Permeability, thickness: np.ndarray, fraction: np.ndarray
 ) -> dict[str, np.ndarray]:
     centers = np.asarray(ply.points)[ply.triangles].mean(axis=1)
-    columns = {"triangle": np.arange(len(centers))}
+    columns: dict[str, np.ndarray] = {"triangle": np.arange(len(centers))}
     columns |= {f"centre_{axis}_m": centers[:, k] for k, axis in enumerate("xyz")}
     columns |= {"thickness_m": thickness, "fibre_volume_fraction": fraction}
     columns |= {"porosity": 1.0 - fraction, "plies": np.ones(len(centers), int)}

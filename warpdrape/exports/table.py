@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -108,4 +109,5 @@ def _write_parquet(out: Path, columns: dict[str, np.ndarray]) -> None:
 
 def _write_npz(out: Path, columns: dict[str, np.ndarray]) -> None:
     with out.open("wb") as file:
-        np.savez_compressed(file, **columns)
+        arrays: Any = columns
+        np.savez_compressed(file, **arrays)

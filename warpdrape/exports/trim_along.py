@@ -36,7 +36,7 @@ def seen_along(ply: FormedPly, trim: Curves) -> tuple[FormedPly, Curves]:
     Raises:
         InputError: if a curve passes where the ply folds under itself, or nothing of it is seen.
     """
-    axis = AXES.index(trim.along)
+    axis = AXES.index(str(trim.along))
     points = np.array(ply.points, float)
     corners = points[ply.triangles]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -44,7 +44,7 @@ def read_curves(path: Path) -> list[np.ndarray]:
         loops = [np.asarray(loop, float) for loop in readers[kind](path)]
     except InputError:
         raise
-    except (OSError, ValueError, TypeError, KeyError, UnicodeDecodeError) as error:
+    except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
         raise InputError(f"trim = {path} cannot be read: {error}") from error
     if not loops:
         raise InputError(f"trim = {path} holds no closed curve")

@@ -39,7 +39,7 @@ def write(reader: RunReader, out: Path, frames: Sequence[int]) -> None:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = np.array(VERSION, np.int64)
         root.attrs.create("Type", np.bytes_("PolyData"))
-        times = []
+        times: list[float] = []
         for frame in frames:
             result = reader.result(frame)
             if not times:

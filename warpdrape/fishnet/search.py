@@ -8,6 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import shapely
+import shapely.affinity
 from scipy.optimize import minimize
 
 from warpdrape.errors import InputError, finite, one_of
@@ -27,14 +29,16 @@ from warpdrape.fishnet.surface import NetSurface
 OBJECTIVES = ("largest", "past_locking")
 COARSE = 1.0 / 30.0
 """Spacing of the nets that are tried, over the surface's size, where the asked one is finer [-]."""
-STARTS = 20
+STARTS = 64
 """Starts that are tried, spread over the surface."""
-DIRECTIONS = 4
+DIRECTIONS = 6
 """Warp directions that are tried at each, over a right angle."""
-REFINED = 3
-"""Best of them that are improved."""
+REFINED = 6
+"""Best starts, with their best direction each, that are improved."""
 STEPS = 60
-"""Nets that are tried for each improvement."""
+"""Nets that are tried for each improvement, and once more for the best of them."""
+ALIKE = 1e-6
+"""Share of a blank's area that a turned one may not cover of it, for both to be one."""
 UNCOVERED = 4.0
 """Cost of leaving the whole surface, or blank, uncovered [rad]: more than any shear."""
 
@@ -54,8 +58,9 @@ def best_fishnet(
     """Lay the net whose start and warp direction make it shear least; some seconds.
 
     Starts spread over the surface are tried with a few directions each on a coarse net, and the
-    best of them improved by the simplex method of Nelder and Mead. What a net leaves uncovered
-    counts too, so that a small net does not win.
+    best of them improved by the simplex method of Nelder and Mead, which takes no slopes: the cost
+    jumps wherever a crossover leaves the surface. What a net leaves uncovered counts too, so that a
+    small net does not win.
 
     Args:
         surface: a mould, as for `drape_fishnet`.
@@ -90,17 +95,20 @@ def best_fishnet(
     def cost(begin: Begin) -> float:
         return cost_of(net_from(begin, coarse), objective, locking, ring)
 
-    tried = [
-        (cost(begin), number, begin) for number, begin in enumerate(_candidates(mould, yarn_angle))
-    ]
-    tried.sort(key=lambda entry: entry[:2])
-    best = tried[0][0], tried[0][2]
-    for found, _, begin in tried[:REFINED]:
-        better = _improve(mould, begin, coarse, cost)
-        value = cost(better)
-        if value < min(found, best[0]):
-            best = value, better
-    return net_from(best[1], spacing)
+    turns = _turns(ring, yarn_angle)
+    tried = sorted(
+        (
+            min((cost(begin), k, begin) for k, begin in enumerate(_turned(start, turns)))[0::2]
+            for start in _starts(mould, yarn_angle)
+        ),
+        key=lambda entry: entry[0],
+    )
+    wide = math.sqrt(mould.area / len(tried))
+    turn = float(turns[1] - turns[0])
+    better = [_improve(mould, begin, 0.5 * wide, 0.5 * turn, cost) for _, begin in tried[:REFINED]]
+    better.append(_improve(mould, min(better, key=cost), 0.1 * wide, 0.1 * turn, cost))
+    nets = [net_from(begin, spacing) for begin in (*better, tried[0][1])]
+    return min(nets, key=lambda net: cost_of(net, objective, locking, ring))
 
 
 def cost_of(net: Net, objective: str, locking: float | None, ring: np.ndarray | None) -> float:
@@ -127,8 +135,37 @@ def cost_of(net: Net, objective: str, locking: float | None, ring: np.ndarray | 
     return value + UNCOVERED * missing
 
 
-def _candidates(surface: NetSurface, yarn_angle: float) -> list[Begin]:
-    """Starts spread over the surface, the farthest from all before it first, in some directions."""
+def _turns(ring: np.ndarray | None, yarn_angle: float) -> np.ndarray:
+    """Directions that are tried [rad]: over the angle by which a turned ply is the same again.
+
+    A net that covers the surface is, turned by a right angle, the same with warp and weft
+    exchanged, if they are at right angles; else by two. A blank that is cut to an outline is the
+    same where the outline is.
+    """
+    quarter = 0.5 * math.pi
+    square = math.isclose(yarn_angle, quarter, abs_tol=1e-9)
+    if square and (ring is None or _same_turned(ring, 1)):
+        right_angles = 1
+    else:
+        right_angles = 2 if ring is None or _same_turned(ring, 2) else 4
+    count = right_angles * DIRECTIONS
+    return right_angles * quarter / count * np.arange(count)
+
+
+def _same_turned(ring: np.ndarray, right_angles: int) -> bool:
+    """Whether an outline turned about its origin by right angles is itself."""
+    blank = shapely.Polygon(ring)
+    turned = shapely.affinity.rotate(blank, 90.0 * right_angles, origin=(0.0, 0.0))
+    return blank.symmetric_difference(turned).area <= ALIKE * blank.area
+
+
+def _turned(begin: Begin, turns: np.ndarray) -> list[Begin]:
+    """One start in all directions."""
+    return [replace(begin, warp=begin.warp + float(turn)) for turn in turns]
+
+
+def _starts(surface: NetSurface, yarn_angle: float) -> list[Begin]:
+    """Starts spread over the surface, each the farthest from all before it."""
     whole = np.flatnonzero(~surface.spanned)
     middles = surface.points[surface.facets[whole]].mean(axis=1)
     first = begin_at(surface, None, _any_along(surface), yarn_angle)
@@ -139,12 +176,19 @@ def _candidates(surface: NetSurface, yarn_angle: float) -> list[Begin]:
         far = np.minimum(far, np.linalg.norm(middles - middles[number], axis=1))
         facet = int(whole[number])
         starts.append(Begin(facet, surface.in_facet(facet, middles[number]), 0.0, yarn_angle))
-    turns = 0.5 * math.pi / DIRECTIONS * np.arange(DIRECTIONS)
-    return [replace(start, warp=start.warp + turn) for start in starts for turn in turns]
+    return starts
 
 
-def _improve(surface: NetSurface, begin: Begin, step: float, cost: Any) -> Begin:
-    """Move start and direction to where the cost is least, by Nelder and Mead's simplex."""
+def _improve(surface: NetSurface, begin: Begin, step: float, turn: float, cost: Any) -> Begin:
+    """Move start and direction to where the cost is least, by Nelder and Mead's simplex.
+
+    Args:
+        surface: to lie on.
+        begin: where it begins.
+        step: first step of the start [m].
+        turn: first turn of the direction [rad].
+        cost: of a start and direction.
+    """
     at = surface.in_space(*_one(begin))[0]
     first, second, _ = surface.frames[begin.facet]
     warp = math.cos(begin.warp) * first + math.sin(begin.warp) * second
@@ -158,8 +202,8 @@ def _improve(surface: NetSurface, begin: Begin, step: float, cost: Any) -> Begin
         return Begin(facet, surface.in_facet(facet, places[0]), angle, begin.yarn_angle)
 
     simplex = np.zeros((4, 3))
-    simplex[1, 0] = simplex[2, 1] = 2.0 * step
-    simplex[3, 2] = 0.2
+    simplex[1, 0] = simplex[2, 1] = step
+    simplex[3, 2] = turn
     options = {"maxfev": STEPS, "initial_simplex": simplex, "xatol": 1e-6, "fatol": 1e-6}
     found = minimize(lambda n: cost(begun(n)), np.zeros(3), method="Nelder-Mead", options=options)
     return begun(found.x)

@@ -146,11 +146,11 @@ def _ply_frames(
             for ply, result in zip(moments, results, strict=True)
         ]
         values[name] = QUANTITIES[name].with_sign(np.stack(ways).ravel()).reshape(len(ways), -1)
-    along = tuple(
+    warp, weft = (
         on_blank(last.rest_points, last.points, triangles, way) for way in (last.warp, last.weft)
     )
     points = np.stack([ply.points for ply in moments])
-    return PlyFrames(first.name, first.rest_points, triangles, points, values, along)
+    return PlyFrames(first.name, first.rest_points, triangles, points, values, (warp, weft))
 
 
 def _tool_frames(moments: Sequence[PlacedTool]) -> ToolFrames:

@@ -105,10 +105,10 @@ def _of_ply(run: Compared, name: str) -> dict[str, float | None]:
 def _off(run: Compared, reference: Compared | None, name: str) -> dict[str, Any]:
     """Differences of shear from the first run; of that run itself none."""
     own = run.formed(name)
-    other = None if reference in (None, run) else reference.formed(name)
+    other = None if reference is None or reference is run else reference.formed(name)
     off = None if own is None or other is None else shear_difference(own, other)
     return {
-        "off": None if off is None else reference.approach,
+        "off": None if off is None or reference is None else reference.approach,
         "off_median_shear_deg": None if off is None else off.median_deg,
         "off_p95_shear_deg": None if off is None else off.p95_deg,
         "off_area_share": None if off is None else off.share,

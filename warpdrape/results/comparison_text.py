@@ -33,7 +33,9 @@ def _shapes(rows: Sequence[Mapping[str, Any]], ply: str) -> list[tuple[str, ...]
     """Rows of a table of shear and draw-in, its head first."""
     other = next((row["off"] for row in rows if row["off"]), "the first")
     off = (f"off {other}", "95 %")
-    table = [(ply, "shear: max", "95 %", *off, "draw-in: warp", "weft", "bias")]
+    table: list[tuple[str, ...]] = [
+        (ply, "shear: max", "95 %", *off, "draw-in: warp", "weft", "bias")
+    ]
     shear = ("max_shear_deg", "p95_shear_deg", "off_median_shear_deg", "off_p95_shear_deg")
     drawn = ("draw_in_warp_m", "draw_in_weft_m", "draw_in_bias_m")
     for row in rows:

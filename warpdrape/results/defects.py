@@ -46,6 +46,9 @@ class DefectWatch:
             for ply in self._scene.plies
         ]
 
+    def _ways(self, points: np.ndarray, poses: Sequence[Pose]) -> list[np.ndarray]:
+        return list(self._gaps.ways(points, poses))
+
     def look(self, plies: Sequence[FormedPly], poses: Sequence[Pose]) -> tuple[FormedPly, ...]:
         """Return formed plies with thickness, fibre volume fraction and wrinkles.
 
@@ -54,7 +57,7 @@ class DefectWatch:
             poses: where the tools are.
         """
         wrinklings = [
-            search.look(formed.points, partial(self._gaps.ways, formed.points, poses))
+            search.look(formed.points, partial(self._ways, formed.points, poses))
             for formed, search in zip(plies, self._searches, strict=True)
         ]
         self._poses = list(poses)
@@ -124,7 +127,7 @@ def defect_entries(
         formed: as it is at the end.
         history: columns over the frames.
     """
-    if formed.wrinkling is None:
+    if formed.wrinkling is None or formed.thickness is None:
         return {}
     ply = scene.plies[number]
     areas = np.asarray(ply.mesh.areas)

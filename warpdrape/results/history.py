@@ -82,8 +82,9 @@ def history_row(
         axis = tool_axis(tool, model.scene)
         row[f"{tool.name}_displacement_m"] = float(ways[k] @ axis)
         row[f"{tool.name}_force_n"] = float(-impulse[k] @ axis / max(steps, 1))
-        if angles[k] is not None:
-            row[f"{tool.name}_angle_deg"] = math.degrees(angles[k])
+        angle = angles[k]
+        if angle is not None:
+            row[f"{tool.name}_angle_deg"] = math.degrees(angle)
             row[f"{tool.name}_torque_nm"] = float(-twist[k] / max(steps, 1))
     row.update(_clamp_entries(model, state, loading_time, steps, before))
     for each in measured:
@@ -120,8 +121,10 @@ def _clamp_entries(
         force = float(mean_force[k] @ follow)
         if clamp.travel is not None:
             moved = float(clamp.travel(np.array(time)))
-            step = moved - before[f"{name}_displacement_m"] if before else 0.0
-            force = (done - before[f"{name}_work_j"]) / step if step != 0.0 else 0.0
+            force = 0.0
+            if before and moved != before[f"{name}_displacement_m"]:
+                step = moved - before[f"{name}_displacement_m"]
+                force = (done - before[f"{name}_work_j"]) / step
         entries[f"{name}_displacement_m"] = moved
         entries[f"{name}_force_n"] = force
         for axis, component in zip("xyz", mean_force[k], strict=True):

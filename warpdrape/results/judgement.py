@@ -57,7 +57,7 @@ def judge(
         raise InputError(
             "the run's summary has no defects: it is of an older version; run it again"
         )
-    faults = []
+    faults: list[Fault] = []
     for ply in summary["plies"]:
         faults += _wrinkles(ply, history, limits)
         faults += _shear(ply, history, limits)

@@ -94,4 +94,6 @@ def _mark(at: Axes, ply: str, defects: Mapping[str, Any], faults: Sequence[Fault
         if fault.who == ply and fault.on_blank is not None:
             place = 1e3 * np.array(fault.on_blank)
             at.plot(*place, "o", color=_FAULT, markersize=14, fillstyle="none", markeredgewidth=2)
-            at.annotate(str(number), place, color=_FAULT, weight="bold", ha="center", va="center")
+            at.annotate(
+                str(number), tuple(place), color=_FAULT, weight="bold", ha="center", va="center"
+            )

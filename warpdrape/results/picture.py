@@ -20,7 +20,7 @@ from warpdrape.results.usd_reader import PlyView, SceneView, Surface, find_scene
 from warpdrape.results.yarn_lines import round_spacing
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from warpdrape.results.figures import Figure
 
 WIDTH = 1600
 """Width of every picture [pixels]."""

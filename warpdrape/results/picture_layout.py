@@ -17,7 +17,7 @@ from warpdrape.results.usd_reader import PlyView
 from warpdrape.results.yarn_arrows import yarn_arrows
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from warpdrape.results.figures import Figure
 
 ABREAST = 4
 """Most plies in a row of a picture of a stack."""

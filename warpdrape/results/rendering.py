@@ -120,8 +120,8 @@ def _line_share(
 
 
 def _lay_over(
-    image: NDArray[np.float64],
-    depth: NDArray[np.float64],
+    image: NDArray[np.floating],
+    depth: NDArray[np.floating],
     points: NDArray[np.float64],
     triangles: NDArray[np.int64],
     camera: Camera,

@@ -52,7 +52,7 @@ def give_final_name(partial: Path, final: Path) -> None:
         ) from error
 
 
-def write_whole(final: Path, write: Callable[[Path], None]) -> None:
+def write_whole(final: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` fill a file under its partial name, and give it its own once it is on the disk.
 
     Raises:

@@ -53,7 +53,13 @@ def read_summary(folder: Path) -> dict[str, Any]:
     """The summary of a run folder; raise `InputError` where there is none, or it is damaged."""
     path = _file(folder, SUMMARY)
     summary = load_json(path)
-    kinds = {"status": str, "message": str, "warnings": list, "plies": list, "tools": list}
+    kinds: dict[str, Any] = {
+        "status": str,
+        "message": str,
+        "warnings": list,
+        "plies": list,
+        "tools": list,
+    }
     kinds |= dict.fromkeys(("steps", "triangles", "wall_s", "simulated_s"), int | float)
     if not isinstance(summary, dict):
         raise InputError(f"{path} is no summary of a run: {AGAIN}")

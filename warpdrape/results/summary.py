@@ -80,7 +80,7 @@ def summarise(
         steps: steps done.
         wall: time they took [s].
     """
-    reference = reference_energy(model.scene.plies)
+    reference = reference_energy(tuple(model.scene.plies))
     error = energy_error(history, LEAST_LOADED * reference)
     error = max(error, grown if np.isfinite(grown) else 0.0)
     end, mean, calm = quasi_static(history)
@@ -111,14 +111,14 @@ def summarise(
     added = float(model.masses.added.sum())
     of_forces: dict[str, Any] = {}
     for force, shown in zip(model.forces, measured, strict=False):
-        entries, complaints = force.entries(history, shown.fields)
-        of_forces.update(entries)
+        own, complaints = force.entries(history, shown.fields)
+        of_forces.update(own)
         warnings += complaints
     warnings += loading.warnings()
     warnings += too_hard(model.scene, model.spans, model.timing, model.masses.mass)
     for ply, formed in zip(model.scene.plies, plies, strict=True):
         warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
-    entries = {
+    entries: dict[str, Any] = {
         "status": "failed" if failure else "completed",
         "message": closing_words(failure, warnings),
         "warnings": warnings,

@@ -70,7 +70,7 @@ def verdict(summary: Mapping[str, Any]) -> str:
 
 def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of the plies, its head first."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             "ply",
             "shear: max",
@@ -101,7 +101,7 @@ def ply_rows(plies: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of the tools, its head first."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             "tool",
             "moved",
@@ -130,7 +130,9 @@ def tool_rows(tools: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
 
 def interface_rows(interfaces: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     """Rows of a table of what lies between plies, its head first."""
-    rows = [("between plies", "slip: mean", "largest", "pressure: mean", "largest")]
+    rows: list[tuple[str, ...]] = [
+        ("between plies", "slip: mean", "largest", "pressure: mean", "largest")
+    ]
     for pair in interfaces:
         rows.append(
             (

@@ -40,7 +40,7 @@ class HistoryWriter:
         self._size = 0
         if mark is None:
             try:
-                self._file = open(self.partial_path, "wb")
+                self._file: io.BufferedIOBase = open(self.partial_path, "wb")
             except OSError as error:
                 raise RunFailed(unwritable(self.path, error)) from error
         else:

@@ -16,8 +16,8 @@ import shutil
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,20 +25,16 @@ from pxr import Gf, Sdf, Tf, Usd
 
 from warpdrape.errors import InputError, RunFailed, said
 from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
+from warpdrape.results.frame_values import checked, frame_values
 from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
-from warpdrape.results.shading import ply_normals
 from warpdrape.results.usd_stage import (
-    MAY_BE_EMPTY,
     TIME_PATH,
-    VERTEX_PRIMVARS,
     MeshPrim,
     define_materials,
     define_ply,
     define_tool,
-    extent,
     set_up_stage,
-    shear_color,
     to_usd,
 )
 
@@ -100,7 +96,7 @@ class UsdWriter:
             self._marker.check(mark)
             take_back(self.partial_path, mark)
         # Frames go into the layer itself: a stage over it would follow each of their values.
-        self._layer: Sdf.Layer | None = _layer(self.partial_path, new=mark is None)
+        self._layer: Any = _layer(self.partial_path, new=mark is None)
         stage = Usd.Stage.Open(self._layer) if mark is None else Usd.Stage.CreateInMemory()
         set_up_stage(stage, frames_per_second, about)
         cloth, metal = define_materials(stage)
@@ -144,15 +140,8 @@ class UsdWriter:
             raise ValueError(f"frame_index = {frame_index} must be above the last, {self._last}")
         if len(ply_frames) != len(self._plies):
             raise ValueError(f"{len(ply_frames)} ply frames for {len(self._plies)} plies")
-        frames = [_to_float32(m, f) for m, f in zip(self._meshes, ply_frames, strict=True)]
-        moves = np.asarray(tool_translations, np.float64)
-        if not self._tools:
-            moves = moves.reshape(-1, 3)
-        moves = _checked("tools", "translation", moves, (len(self._tools), 3))
-        turns = [None] * len(self._tools) if tool_angles is None else list(tool_angles)
-        for (_, angle_path), angle in zip(self._tools, turns, strict=True):
-            if angle_path is not None and (angle is None or not np.isfinite(angle)):
-                raise ValueError(f"angle = {said(angle)} of frame {frame_index} must be finite")
+        frames = [frame_values(m, f) for m, f in zip(self._meshes, ply_frames, strict=True)]
+        moves, turns = self._ways(frame_index, tool_translations, tool_angles)
         if not np.isfinite(time_s):
             raise ValueError(f"time_s = {said(time_s)} of frame {frame_index} must be finite")
         size = sum(v.nbytes for values in frames for v in values.values())
@@ -161,6 +150,20 @@ class UsdWriter:
         self._unsaved_bytes += size
         if time.monotonic() - self._saved_at >= SAVE_EVERY and self._worth_saving():
             self._save()
+
+    def _ways(
+        self, frame_index: int, translations: ArrayLike, angles: Sequence[float | None] | None
+    ) -> tuple[NDArray[np.float64], list[float | None]]:
+        """Where the tools have come to and how far they have turned, checked."""
+        moves = np.asarray(translations, np.float64)
+        if not self._tools:
+            moves = moves.reshape(-1, 3)
+        moves = checked("tools", "translation", moves, (len(self._tools), 3))
+        turns: list[float | None] = [*([None] * len(self._tools) if angles is None else angles)]
+        for (_, angle_path), angle in zip(self._tools, turns, strict=True):
+            if angle_path is not None and (angle is None or not np.isfinite(angle)):
+                raise ValueError(f"angle = {said(angle)} of frame {frame_index} must be finite")
+        return moves, turns
 
     def _worth_saving(self) -> bool:
         """Whether the frames not saved yet are large beside the index that a save leaves behind."""
@@ -182,7 +185,7 @@ class UsdWriter:
                     self._layer.SetTimeSample(path, frame, to_usd(values[name]))
             for (path, angle_path), move, turn in zip(self._tools, moves, turns, strict=True):
                 self._layer.SetTimeSample(path, frame, Gf.Vec3d(*map(float, move)))
-                if angle_path is not None:
+                if angle_path is not None and turn is not None:
                     self._layer.SetTimeSample(angle_path, frame, math.degrees(turn))
             self._layer.SetTimeSample(TIME_PATH, frame, time_s)
             if self._last < 0:
@@ -299,39 +302,3 @@ def _refuse_duplicates(kind: str, meshes: Sequence[MeshPrim]) -> None:
                 f"USD file: give each {kind} its own name"
             )
         seen[mesh.prim_name] = mesh.label
-
-
-def _checked(label: str, quantity: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray:
-    values = np.asarray(values)
-    if values.shape != shape:
-        raise ValueError(f"{label}: {quantity} has shape {values.shape}, must be {shape}")
-    finite = np.isfinite(values)
-    if not finite.all():
-        bad = ~finite
-        first = int(np.argwhere(bad)[0, 0])
-        raise ValueError(
-            f"{label}: {quantity} has {int(bad.sum())} non-finite values, the first at {first}; "
-            "the frame was not written"
-        )
-    return values
-
-
-def _to_float32(mesh: MeshPrim, frame: PlyFrame) -> dict[str, NDArray]:
-    """Return the frame's values by field name, checked, with colour, extent, normals added."""
-    n, m = len(mesh.points), len(mesh.triangles)
-    shapes = {"points": (n, 3), "warp": (m, 3), "weft": (m, 3)}
-    with np.errstate(over="ignore"):  # an overflow becomes infinite and is refused below
-        values = {
-            f.name: np.asarray(getattr(frame, f.name), np.float64).astype(np.float32)
-            for f in fields(PlyFrame)
-            if getattr(frame, f.name) is not None
-        }
-    shapes |= dict.fromkeys(VERTEX_PRIMVARS, (n,)) | {"slip": (n, 3)}
-    for name, value in values.items():
-        _checked(mesh.label, name, value, shapes.get(name, (m,)))
-    for name in MAY_BE_EMPTY:
-        values.setdefault(name, np.zeros(0, np.float32))
-    values["color"] = shear_color(values["shear_angle_deg"])
-    values["extent"] = extent(values["points"])
-    values["normals"] = ply_normals(values["points"], mesh.triangles)
-    return values

@@ -295,9 +295,9 @@ def define_tool(
     if axis is None:
         return way.GetAttr().GetPath(), None
     double = UsdGeom.XformOp.PrecisionDouble
-    to_axis = Gf.Rotation(Gf.Vec3d.ZAxis(), Gf.Vec3d(*map(float, axis)))
+    to_axis = Gf.Rotation(Gf.Vec3d.ZAxis(), Gf.Vec3d(*np.asarray(axis, float).tolist()))
     pivot = usd_mesh.AddTranslateOp(double, "pivot")
-    pivot.Set(Gf.Vec3d(*map(float, point)))
+    pivot.Set(Gf.Vec3d(*np.asarray(point, float).tolist()))
     tilt = usd_mesh.AddOrientOp(double, "axis")
     tilt.Set(Gf.Quatd(to_axis.GetQuat()))
     angle = usd_mesh.AddRotateZOp(double)

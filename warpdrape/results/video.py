@@ -89,8 +89,9 @@ def _pictures(
     for moment, each, tool in zip(moments, plies, surfaces, strict=True):
         figure = drawn(moment, each, tool, camera, paint, SHARE)
         figure.set_dpi(SHARE * DPI)
-        figure.canvas.draw()
-        whole = np.asarray(figure.canvas.buffer_rgba())[..., :3]
+        canvas: Any = figure.canvas  # Agg's, as a figure of ours has it
+        canvas.draw()
+        whole = np.asarray(canvas.buffer_rgba())[..., :3]
         height, width = (size - size % 2 for size in whole.shape[:2])
         picture = np.ascontiguousarray(whole[:height, :width])
         yield picture

@@ -48,11 +48,11 @@ def yarn_arrows(ply: PlyView, camera: Camera) -> Arrows:
     seen = _is_seen(ply, starts, camera)
     starts, triangles = starts[seen], triangles[seen]
     at = camera.project(starts)[:, :2]
-    ways = tuple(
+    warp, weft = (
         camera.project(starts + LENGTH * spacing * directions[triangles])[:, :2] - at
         for directions in (ply.warp, ply.weft)
     )
-    return Arrows(at, ways)
+    return Arrows(at, (warp, weft))
 
 
 def _even_places(ply: PlyView) -> tuple[NDArray[np.float64], float]:

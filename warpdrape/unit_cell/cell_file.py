@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from warpdrape.materials.fabric_file import Section, read_sections
 from warpdrape.unit_cell.cell import FAMILIES, UnitCell, fibre_shares
 from warpdrape.unit_cell.compaction import YarnCompaction
 from warpdrape.unit_cell.loading import Loads
-from warpdrape.unit_cell.weave import WEAVES, weave_of
+from warpdrape.unit_cell.weave import WEAVES, Weave, weave_of
 
 TEXTS = ("name", "description", "weave", "section", "source", "status")
 WHOLE = ("over", "under", "harness", "move", "points", "elements")
@@ -163,11 +163,8 @@ def _plan(section: Section) -> Plan:
     shape = {n: v for n, v in numbers.items() if n not in ("points", "elements")}
     weave = weave_of(texts["weave"], **shape)
     assumed = tuple(name for name in ASSUMED if not _is_given(section, name))
-    filled = Section(
-        section.file,
-        section.lines,
-        "",
-        {**{name: ASSUMED[name] for name in assumed}, **section.values},
+    filled = replace(
+        section, values={**{name: ASSUMED[name] for name in assumed}, **section.values}
     )
     pairs = {name: _pair(filled, name) for name in OF_A_FAMILY}
     single = {name: _single(filled, name) for name in OF_ALL}
@@ -175,23 +172,7 @@ def _plan(section: Section) -> Plan:
     density = single["fibre_density"]
     if density is None:
         section.fail("", "'fibre_density' (such as 2.55 g/cm³) is missing")
-    width, height = (_needed(section, name, pairs) for name in ("width", "height"))
-    form = texts["section"] or "lens"
-    areas = (mass[0] / density, mass[1] / density)
-    shares = fibre_shares(form, width, height, areas)
-    cell = UnitCell(
-        weave=weave,
-        spacing=_spacing(section, pairs),
-        width=width,
-        height=height,
-        stiffness=_stiffness(section, pairs, single, mass),
-        bending=_needed(section, "bending", pairs),
-        compaction=YarnCompaction(single["compaction_pressure"], single["compaction_exponent"]),
-        crimp=pairs["crimp"],
-        section=form,
-        friction=single["friction"],
-        sticking_angle=single["sticking_angle"],
-    )
+    cell = _cell(section, weave, texts["section"] or "lens", pairs, single, mass)
     loads = Loads(
         _needed(section, "shear_tension", pairs),
         single["largest_strain"],
@@ -211,10 +192,39 @@ def _plan(section: Section) -> Plan:
         loads,
         mass,
         density,
-        shares,
+        _fibre_shares(cell, mass, density),
         elements,
         dict(section.values),
         assumed,
+    )
+
+
+def _fibre_shares(cell: UnitCell, mass: tuple[float, float], density: float) -> tuple[float, float]:
+    areas = (mass[0] / density, mass[1] / density)
+    return fibre_shares(cell.section, cell.width, cell.height, areas)
+
+
+def _cell(
+    section: Section,
+    weave: Weave,
+    form: str,
+    pairs: Mapping[str, tuple],
+    single: Mapping[str, float | None],
+    mass: tuple[float, float],
+) -> UnitCell:
+    """The cell of what a file gives, and of what is assumed."""
+    return UnitCell(
+        weave=weave,
+        spacing=_spacing(section, pairs),
+        width=_needed(section, "width", pairs),
+        height=_needed(section, "height", pairs),
+        stiffness=_stiffness(section, pairs, single, mass),
+        bending=_needed(section, "bending", pairs),
+        compaction=YarnCompaction(single["compaction_pressure"], single["compaction_exponent"]),
+        crimp=pairs["crimp"],
+        section=form,
+        friction=single["friction"],
+        sticking_angle=single["sticking_angle"],
     )
 
 
