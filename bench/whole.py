@@ -53,7 +53,9 @@ def spent_by(scene: str, settings: Sequence[str]) -> dict[str, float]:
         for setting in settings:
             command += ["--set", setting]
         command += ["--out", str(Path(folder, "run"))]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise SystemExit(f"{scene}: {done.stderr.strip().splitlines()[-1]}")
         return json.loads(out.read_text(encoding="utf-8"))
 
 
