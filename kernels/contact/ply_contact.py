@@ -92,34 +92,30 @@ def plane_of(
     c = corners[2]
     w = nearest.weights
     offset = nearest.offset
-    distance = wp.length(offset)
-    on_facet = distance <= wp.float64(1.0e-3) * thickness
-    at_border = is_at_border(facets, nearest)
-    outward = wp.vec3d()
-    if at_border or on_facet:
-        outward = side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
+    outward = side * wp.normalize(weighted(w, normals[a], normals[b], normals[c]))
     height = wp.dot(offset, outward)
     aside = offset - height * outward
     beyond = wp.length(aside)
     face = wp.where(side > wp.float64(0.0), 0, 1)
     room = wp.vec3d(hollows[a][face], hollows[b][face], hollows[c][face])
     over = thickness - wp.dot(w, room)
-    if at_border and beyond > wp.float64(0.0):
+    plane.height = height + wp.dot(w, room)
+    plane.normal = outward
+    plane.gap = height - over
+    if is_at_border(facets, nearest) and beyond > wp.float64(0.0):
         plane.beyond = 1
-        plane.height = height + wp.dot(w, room)
-        plane.normal = outward
-        plane.gap = height - over
         if height < -wp.float64(0.5) * thickness:
             plane.beyond = 2
         if beyond > thickness:
             plane.normal = wp.normalize(outward + aside / beyond)
             plane.gap = (height + beyond - over - thickness) * wp.dot(plane.normal, outward)
     else:
+        distance = wp.length(offset)
         if not is_on_side(facets, nearest, side, x):
             distance = -distance
         plane.height = distance + wp.dot(w, room)
         straight = outward
-        if not on_facet:
+        if wp.abs(distance) > wp.float64(1.0e-3) * thickness:
             straight = offset / distance
         plane.normal = wp.normalize(straight + facet_slope(x[a], x[b], x[c], w, room))
         plane.gap = distance - over
