@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from ..sweep import Sweep
 from .surface import weighted
 from .tool_contact import (
     ToolPlane,
@@ -37,6 +38,7 @@ def plane_near(
 
 @wp.kernel(enable_backward=False)
 def find_vertex_planes(
+    sweep: Sweep,
     surfaces: ToolSurfaces,
     tool: int,
     turned: wp.mat33d,
@@ -47,9 +49,10 @@ def find_vertex_planes(
     planes: wp.array(dtype=ToolPlane),
     depths: wp.array(dtype=wp.float64),
 ):
-    """How far vertices reach into a tool, and its planes there; one thread a vertex.
+    """How far vertices reach into a tool, and its planes there; a sweep over vertices.
 
     Args:
+        sweep: numbers of the vertices.
         surfaces: the tools' facets.
         tool: number of the tool.
         turned: its rotation.
@@ -61,20 +64,23 @@ def find_vertex_planes(
         depths: of the ply's side below the tool's surface, 0 where it is not in it [m],
             shape [vertex]; overwritten.
     """
-    i = wp.tid()
-    at = wp.transpose(turned) * (x[i] - shift)
-    plane = plane_near(surfaces, tool, at, half[i], radius, no_plane())
-    if surfaces.open[tool] == 1 and is_near(plane) and plane_gap(plane, at) < -half[i]:
-        plane.normal = -plane.normal  # it is on the sheet's other side, no deeper than half in it
-        plane.level = wp.float64(2.0) * half[i] - plane.level
-    planes[i] = plane
-    depths[i] = wp.float64(0.0)
-    if is_near(plane):
-        depths[i] = wp.max(-plane_gap(plane, at), wp.float64(0.0))
+    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        at = wp.transpose(turned) * (x[i] - shift)
+        plane = plane_near(surfaces, tool, at, half[i], radius, no_plane())
+        if surfaces.open[tool] == 1 and is_near(plane) and plane_gap(plane, at) < -half[i]:
+            plane.normal = (
+                -plane.normal
+            )  # it is on the sheet's other side, no deeper than half in it
+            plane.level = wp.float64(2.0) * half[i] - plane.level
+        planes[i] = plane
+        depths[i] = wp.float64(0.0)
+        if is_near(plane):
+            depths[i] = wp.max(-plane_gap(plane, at), wp.float64(0.0))
 
 
 @wp.kernel(enable_backward=False)
 def find_face_depths(
+    sweep: Sweep,
     surfaces: ToolSurfaces,
     tool: int,
     turned: wp.mat33d,
@@ -87,9 +93,10 @@ def find_face_depths(
     weights: wp.array(dtype=wp.vec3d),
     depths: wp.array(dtype=wp.float64),
 ):
-    """How far places between vertices reach into a tool; one thread a place.
+    """How far places between vertices reach into a tool; a sweep over places.
 
     Args:
+        sweep: numbers of the places.
         surfaces: the tools' facets.
         tool: number of the tool.
         turned: its rotation.
@@ -104,17 +111,17 @@ def find_face_depths(
         depths: of the ply's side below the tool's surface, 0 where it is not in it, or where no
             corner is near [m], shape [place]; overwritten.
     """
-    k = wp.tid()
-    depths[k] = wp.float64(0.0)
-    corner = corners[k]
-    beside = no_plane()
-    for c in range(3):
+    for k in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        depths[k] = wp.float64(0.0)
+        corner = corners[k]
+        beside = no_plane()
+        for c in range(3):
+            if not is_near(beside):
+                beside = planes[corner[c]]
         if not is_near(beside):
-            beside = planes[corner[c]]
-    if not is_near(beside):
-        return
-    place = weighted(weights[k], x[corner[0]], x[corner[1]], x[corner[2]])
-    at = wp.transpose(turned) * (place - shift)
-    plane = plane_near(surfaces, tool, at, half[corner[0]], radius, beside)
-    if is_near(plane):
-        depths[k] = wp.max(-plane_gap(plane, at), wp.float64(0.0))
+            continue
+        place = weighted(weights[k], x[corner[0]], x[corner[1]], x[corner[2]])
+        at = wp.transpose(turned) * (place - shift)
+        plane = plane_near(surfaces, tool, at, half[corner[0]], radius, beside)
+        if is_near(plane):
+            depths[k] = wp.max(-plane_gap(plane, at), wp.float64(0.0))
