@@ -122,7 +122,7 @@ def test_a_file_gives_one_weight_or_one_for_each_specimen(plan):  # noqa: F811
     assert [s.weight for s in plan("", "weight = 0.5").tests[0].specimens] == [0.5]
     given = plan("", "weight = [0.25]")
     assert [s.weight for s in given.tests[0].specimens] == [0.25]
-    assert "N, weight 0.25" in understood(given) and "weight" not in understood(plan())
+    assert "N, weight 0.25" in understood(given) and ", weight" not in understood(plan())
     for given, words in (
         ("weight = [1, 2]", "has 2 numbers for 1 specimens: give one for each, in the order"),
         ("weight = [0]", "weight = 0 must be above zero"),
