@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 DONE, FAILED, UNUSABLE, UNFIT = 0, 1, 2, 3
 """Exit status: all went well; the run failed; the input cannot be used; the part is unfit."""
+READERS = ("judge", "report", "picture", "export")
+"""Commands that do nothing but read a run's files."""
+ODD = (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError)
+"""What code meets where a file holds another value than it takes for granted."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -40,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except MemoryError:
             return _complain("out of memory: take fewer cells or larger facets", FAILED)
         except Exception as error:
-            return _explain(error)
+            return _explain(error, list(sys.argv[1:] if argv is None else argv))
 
 
 def run_script(path: str | os.PathLike[str]) -> NoReturn:
@@ -354,7 +358,7 @@ def _print_list(lines: dict[str, str]) -> None:
         print(f"{name:{width}}  {text}")
 
 
-def _explain(error: Exception) -> int:
+def _explain(error: Exception, argv: Sequence[str]) -> int:
     from warpdrape.errors import InputError, RunFailed
 
     if isinstance(error, InputError):
@@ -367,7 +371,14 @@ def _explain(error: Exception) -> int:
     where = ""
     if step is not None:
         where = f" in {Path(step.tb_frame.f_code.co_filename).name}, line {step.tb_lineno}"
-    return _complain(f"unexpected {type(error).__name__}{where}: {error}; please report it", FAILED)
+    what = f"{type(error).__name__}{where}: {error}"
+    if argv and argv[0] in READERS and isinstance(error, ODD):
+        return _complain(
+            f"the run cannot be used ({what}): its files hold a value that no run writes, as after "
+            "damage or a change by hand: run the scene again; if that is no cure, please report it",
+            UNUSABLE,
+        )
+    return _complain(f"unexpected {what}; please report it", FAILED)
 
 
 def _complain(message: object, status: int) -> int:
