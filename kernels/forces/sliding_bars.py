@@ -6,7 +6,6 @@ from .yarn_chains import (
     Bars,
     Crossovers,
     Slide,
-    bar_holds,
     bar_material,
     bar_strain,
 )
@@ -63,7 +62,7 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
     """Make the kernels of bars for one law: ``(add_bar_forces, measure_bars)``.
 
     Args:
-        bar_loads: from `bar_loads.make_bar_loads`.
+        bar_loads: from `bar_loads.make_lone_loads` or `make_coupled_loads`.
         bar_energy: likewise.
         Tension: struct of the tension law.
     """
@@ -99,14 +98,13 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         distance = wp.length(along)
         material = bar_material(bars, b, slides)
         known = memory[b]
-        holds = bar_holds(bars, crossovers, b, slides)
-        if holds:
-            loads = bar_loads(law, bars, crossovers, b, slides, x)
+        loads = bar_loads(law, bars, crossovers, b, slides, x)
+        if loads.holds:
             drag = bars.widths[b] * bar_drag(bars, b, known, distance, material)
             force = ((loads.tension + drag) / distance) * along
             wp.atomic_add(f, ends[0], force)
             wp.atomic_sub(f, ends[1], force)
-        kept[b] = bar_after_step(bars, b, known, distance, material, holds)
+        kept[b] = bar_after_step(bars, b, known, distance, material, loads.holds)
 
     @wp.kernel(module="unique", enable_backward=False)
     def measure_bars(
@@ -134,9 +132,10 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         b = wp.tid()
         loads = bar_loads(law, bars, crossovers, b, slides, x)
         line_tension[b] = loads.tension / bars.widths[b]
-        energy[b] = bar_energy(law, bars, crossovers, b, slides, x)
+        energy[b] = wp.float64(0.0)
         strain[b] = wp.float64(0.0)
-        if bar_holds(bars, crossovers, b, slides):
+        if loads.holds:
+            energy[b] = bar_energy(law, bars, crossovers, b, slides, x)
             strain[b] = bar_strain(bars, b, slides, x)
 
     return add_bar_forces, measure_bars
