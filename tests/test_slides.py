@@ -176,7 +176,8 @@ def test_so_is_one_of_families_that_pull_each_other(law):
     highest, bound = highest_frequency(led, x0), frequencies(led.scene, 0).max()
     assert 0.05 * bound < highest < bound
     step = math.sqrt((4.0 - SLIDES_SHARE) / highest)
-    assert np.abs(np.linalg.eigvals(amplification(led, step, x0))).max() < 1.0 + 1e-6
+    radius = np.abs(np.linalg.eigvals(amplification(led, step, x0))).max()
+    assert radius < 1.0 + 1e-4  # rigid motion's double 1, to the root of the differences' error
 
 
 def test_slides_take_of_the_step_and_say_when_too_little_is_left():

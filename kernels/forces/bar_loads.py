@@ -29,11 +29,13 @@ NONE = wp.constant(-1)
 
 @wp.struct
 class BarLoads:
-    """What a bar does; all 0 where it holds no more."""
+    """What a bar does; no loads where it holds no more."""
 
     holds: bool  # whether there is yarn in both of its crossovers
-    tension: wp.float64  # F = ∂W/∂d [N]
-    draw: wp.float64  # G = −∂W/∂l [N]
+    distance: wp.float64  # d [m]
+    material: wp.float64  # l [m]
+    tension: wp.float64  # F/w = ∂W/∂d over its width [N/m]
+    draw: wp.float64  # G/w = −∂W/∂l over its width [N/m]
     ends: wp.vec2d  # −∂W/∂c ∂c/∂s of its lower and upper crossover [N]
 
 
@@ -111,8 +113,8 @@ def make_lone_loads(own_loads, own_energy, Tension):
     """Make the functions of a law of each family alone: ``(bar_loads, bar_energy)``.
 
     Args:
-        own_loads: wp.func (law, family, ρ, λ) → ∂w_f/∂ρ and −∂w_f/∂λ [N/m].
-        own_energy: wp.func (law, family, ρ, λ) → w_f [J/m²].
+        own_loads: wp.func (law, family, ρ, λ) → ∂w_f/∂ρ and −∂w_f/∂λ [N/m], which depend on ρ/λ.
+        own_energy: wp.func (law, family, ρ, λ) → w_f [J/m²], of twice ρ and λ twice as much.
         Tension: struct of the law.
     """
 
@@ -127,13 +129,14 @@ def make_lone_loads(own_loads, own_energy, Tension):
     ) -> BarLoads:
         """Slopes of the energy by what a bar has: distance and yarn."""
         out = BarLoads()
+        out.distance = bar_distance(bars, b, x)
+        out.material = bar_material(bars, b, slides)
         shares = end_shares(bars, crossovers, b, slides)
         out.holds = shares[0] * shares[1] > wp.float64(0.0)
         if out.holds:
-            at = drawn_out(bars, b, slides, x)
-            own = own_loads(law, bars.family[b], at[0], at[1])
-            out.tension = bars.widths[b] * own[0]
-            out.draw = bars.widths[b] * own[1]
+            own = own_loads(law, bars.family[b], out.distance, out.material)
+            out.tension = own[0]
+            out.draw = own[1]
         return out
 
     @wp.func
@@ -146,8 +149,9 @@ def make_lone_loads(own_loads, own_energy, Tension):
         x: wp.array(dtype=wp.vec3d),
     ) -> wp.float64:
         """Energy [J] of a bar's yarn."""
-        at = drawn_out(bars, b, slides, x)
-        return bars.widths[b] * bars.lengths[b] * own_energy(law, bars.family[b], at[0], at[1])
+        distance = bar_distance(bars, b, x)
+        material = bar_material(bars, b, slides)
+        return bars.widths[b] * own_energy(law, bars.family[b], distance, material)
 
     return bar_loads, bar_energy
 
@@ -180,6 +184,8 @@ def make_coupled_loads(slid_loads, slid_energy, Tension):
     ) -> BarLoads:
         """Slopes of the energy by what a bar has: distance, yarn, shares of its crossovers."""
         out = BarLoads()
+        out.distance = bar_distance(bars, b, x)
+        out.material = bar_material(bars, b, slides)
         shares = end_shares(bars, crossovers, b, slides)
         out.holds = shares[0] * shares[1] > wp.float64(0.0)
         if not out.holds:
@@ -187,8 +193,9 @@ def make_coupled_loads(slid_loads, slid_energy, Tension):
         f = bars.family[b]
         at = drawn_out(bars, b, slides, x)
         own = own_loads(law, f, at[0], at[1])
-        out.tension = bars.widths[b] * own[0]
-        out.draw = bars.widths[b] * own[1]
+        out.tension = own[0]
+        out.draw = own[1]
+        size = bars.widths[b] * bars.lengths[b]
         ends = bars.numbers[b]
         kept = wp.vec2d(faded(shares[0]), faded(shares[1]))
         slopes = wp.vec2d(
@@ -204,9 +211,9 @@ def make_coupled_loads(slid_loads, slid_energy, Tension):
                 if area > wp.float64(0.0):
                     by = drawn_out(bars, mate, slides, x)
                     both = slid_loads(law, of_both(f, at[0], by[0]), of_both(f, at[1], by[1]))
-                    per_length = area * kept[0] * kept[1] / bars.lengths[b]
-                    out.tension += per_length * (both.pull[f] - own[0])
-                    out.draw += per_length * (both.draw[f] - own[1])
+                    portion = area * kept[0] * kept[1] / size
+                    out.tension += portion * (both.pull[f] - own[0])
+                    out.draw += portion * (both.draw[f] - own[1])
                     if leaving:
                         lost = area * coupling(law, f, at, by)
                         out.ends[0] -= lost * slopes[0] * kept[1]

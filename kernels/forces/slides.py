@@ -17,9 +17,7 @@ from .yarn_chains import (
     Bars,
     Crossovers,
     Slide,
-    bar_distance,
     bar_holds,
-    bar_material,
     yarn_left,
 )
 
@@ -164,13 +162,12 @@ def make_slide_kernels(bar_loads, press, Tension):
                 if b != NONE:
                     loads = bar_loads(law, bars, crossovers, b, slides, x)
                     if loads.holds:
-                        material = bar_material(bars, b, slides)
-                        distance = bar_distance(bars, b, x)
-                        drag = bar_drag(bars, b, memory[b], distance, material)
-                        pull = loads.draw + bars.widths[b] * drag
-                        total += loads.tension / bars.widths[b]
+                        drag = bar_drag(bars, b, memory[b], loads.distance, loads.material)
+                        pull = bars.widths[b] * (loads.draw + drag)
+                        total += loads.tension
                         beside += one
-                        room = wp.max(material - LEAST_SPACING * bars.lengths[b], wp.float64(0.0))
+                        room = loads.material - LEAST_SPACING * bars.lengths[b]
+                        room = wp.max(room, wp.float64(0.0))
                         if side == 0:
                             out.pull[f] += pull + loads.ends[1]
                             out.room_below[f] = room

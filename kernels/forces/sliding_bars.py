@@ -6,7 +6,6 @@ from .yarn_chains import (
     Bars,
     Crossovers,
     Slide,
-    bar_material,
     bar_strain,
 )
 
@@ -95,13 +94,13 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         b = first + wp.tid()
         ends = bars.ends[b]
         along = x[ends[1]] - x[ends[0]]
-        distance = wp.length(along)
-        material = bar_material(bars, b, slides)
         known = memory[b]
         loads = bar_loads(law, bars, crossovers, b, slides, x)
+        distance = loads.distance
+        material = loads.material
         if loads.holds:
-            drag = bars.widths[b] * bar_drag(bars, b, known, distance, material)
-            force = ((loads.tension + drag) / distance) * along
+            line = loads.tension + bar_drag(bars, b, known, distance, material)
+            force = (bars.widths[b] * line / distance) * along
             wp.atomic_add(f, ends[0], force)
             wp.atomic_sub(f, ends[1], force)
         kept[b] = bar_after_step(bars, b, known, distance, material, loads.holds)
@@ -131,7 +130,7 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         """
         b = wp.tid()
         loads = bar_loads(law, bars, crossovers, b, slides, x)
-        line_tension[b] = loads.tension / bars.widths[b]
+        line_tension[b] = loads.tension
         energy[b] = wp.float64(0.0)
         strain[b] = wp.float64(0.0)
         if loads.holds:
