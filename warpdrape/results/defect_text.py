@@ -13,8 +13,8 @@ from warpdrape.results.judgement import judge, verdict
 WIDTH = 96
 """Columns after which a line is folded."""
 OF_A_MOULD = 0.1
-"""Share of a ply from which on the room between two tools is told [-]: less, as where a punch passes
-the edge of an open die, is no mould."""
+"""Share of a ply from which on the room between two tools is told [-]: less, as where a punch
+passes the edge of an open die, is no mould."""
 
 
 def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
