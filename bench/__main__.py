@@ -4,7 +4,7 @@ Every figure is triangle-steps per second of processor time, and also its ratio 
 precision, with shear) measured just before, so that it survives a noisy machine. Each case runs in
 a process of its own, so that its memory is its own. The table is printed, and written with the
 machine's particulars to ``bench.json`` (``--out``). ``python bench threads`` shows what of a step
-does not get faster with threads (`scaling.py`).
+does not get faster with threads (`scaling.py`), ``python bench whole`` the time of a whole run.
 """
 
 from __future__ import annotations
@@ -57,6 +57,10 @@ def main() -> int:
         import scaling
 
         return scaling.main(sys.argv[2:])
+    if sys.argv[1:2] == ["whole"]:
+        import whole
+
+        return whole.main(sys.argv[2:])
     from cases import CASES
     from startup import start_up
     from yardstick import Yardstick

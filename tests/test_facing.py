@@ -1,10 +1,15 @@
-"""Which way a ply faces at a corner: by the angles of its facets there, whatever their size."""
+"""Which way a ply faces at a corner, whatever its facets' size; and on which side points lie."""
 
 import numpy as np
 import warp as wp
 
 from warpdrape.contact.ply_facets import build_facets
-from warpdrape.kernels.contact.facets import PlyFacets, fan_facing
+from warpdrape.kernels.contact.facets import (
+    PlyFacets,
+    fan_facing,
+    is_on_side,
+    nearest_on_facet,
+)
 
 
 @wp.kernel(enable_backward=False)
@@ -29,3 +34,39 @@ def test_how_far_facets_reach_from_a_corner_does_not_turn_it(device):
     one, other = found
     assert one[2] > 1.0
     np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+@wp.kernel(enable_backward=False)
+def find_sides(
+    facets: PlyFacets,
+    x: wp.array(dtype=wp.vec3d),
+    points: wp.array(dtype=wp.vec3d),
+    out: wp.array(dtype=wp.vec2i),
+):
+    """Whether points lie above the nearer of two facets, and below; one thread a point."""
+    i = wp.tid()
+    near = nearest_on_facet(facets, 0, x, points[i])
+    other = nearest_on_facet(facets, 1, x, points[i])
+    if wp.length_sq(other.offset) < wp.length_sq(near.offset):
+        near = other
+    above = is_on_side(facets, near, wp.float64(1.0), x)
+    below = is_on_side(facets, near, wp.float64(-1.0), x)
+    out[i] = wp.vec2i(wp.where(above, 1, 0), wp.where(below, 1, 0))
+
+
+def test_points_round_a_fold_lie_on_the_side_that_its_half_planes_give(device):
+    """A fold of 2 long facets: a point is above where it is above both planes, or any if hollow."""
+    random = np.random.default_rng(3)
+    for rise in (3.0, -3.0):  # a valley, a ridge: steep sides to the left and right of y
+        corners = np.array([[0, -50, 0], [0, 50, 0], [-9, 0, rise * 3], [9, 0, rise * 3.0]])
+        facets = build_facets([np.array([[0, 1, 2], [1, 0, 3]])], np.array([0, 4]), device)
+        points = random.uniform(-1.0, 1.0, (400, 3))
+        out = wp.zeros(len(points), dtype=wp.vec2i, device=device)
+        x, asked = (wp.array(a, dtype=wp.vec3d, device=device) for a in (corners, points))
+        wp.launch(find_sides, len(points), [facets, x, asked], [out], device=device)
+        slope = rise / 3.0  # the sheet is z = slope |x|, and above is towards +z
+        expected = points[:, 2] > slope * np.abs(points[:, 0])
+        above, below = out.numpy().T == 1
+        assert 50 < expected.sum() < 350
+        np.testing.assert_array_equal(above, expected)
+        np.testing.assert_array_equal(below, ~expected)

@@ -84,6 +84,11 @@ class Launch(NamedTuple):
         wp.launch(self.kernel, self.count, inputs=self.inputs, outputs=self.outputs, device=device)
 
 
+def sweeping_threads(device: str, count: int) -> int:
+    """Threads that sweep over so many entries: one on the CPU, one for each entry on a card."""
+    return 1 if wp.get_device(device).is_cpu else count
+
+
 class Swept(NamedTuple):
     """One launch of a kernel that sweeps over a run, see `warpdrape.kernels.sweep`."""
 
@@ -93,10 +98,10 @@ class Swept(NamedTuple):
     outputs: list
 
     def __call__(self, device: str) -> None:
-        """Launch it: one thread on the CPU, one for each entry on a card."""
+        """Launch it."""
         sweep = Sweep()
         sweep.first, sweep.end = self.run.first, sum(self.run)
-        sweep.threads = 1 if wp.get_device(device).is_cpu else self.run.count
+        sweep.threads = sweeping_threads(device, self.run.count)
         inputs = [sweep, *self.inputs]
         wp.launch(self.kernel, sweep.threads, inputs=inputs, outputs=self.outputs, device=device)
 

@@ -125,6 +125,20 @@ def facing(facets: PlyFacets, nearest: NearestFacet, x: wp.array(dtype=wp.vec3d)
 
 
 @wp.func
+def is_on_side(
+    facets: PlyFacets, nearest: NearestFacet, side: wp.float64, x: wp.array(dtype=wp.vec3d)
+) -> bool:
+    """Whether a point lies on a side of a ply, +1 above it, −1 below, or on the ply itself."""
+    n = wp.vec3d()
+    if wp.min(nearest.weights) > wp.float64(0.0):  # inside the facet: of any length
+        at = facets.corners[nearest.facet]
+        n = wp.cross(x[at[1]] - x[at[0]], x[at[2]] - x[at[0]])
+    else:
+        n = facing(facets, nearest, x)
+    return side * wp.dot(nearest.offset, n) >= wp.float64(0.0)
+
+
+@wp.func
 def shadow(
     facets: PlyFacets,
     nearest: NearestFacet,

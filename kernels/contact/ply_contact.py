@@ -14,8 +14,8 @@ from .facets import (
     NearestFacet,
     PlyFacets,
     ask_for_nearest,
-    facing,
     is_at_border,
+    is_on_side,
     no_facet,
     walk_to_nearest,
 )
@@ -110,8 +110,9 @@ def plane_of(
             plane.normal = wp.normalize(outward + aside / beyond)
             plane.gap = (height + beyond - over - thickness) * wp.dot(plane.normal, outward)
     else:
-        within = side * wp.dot(offset, facing(facets, nearest, x)) < wp.float64(0.0)
-        distance = wp.where(within, -wp.length(offset), wp.length(offset))
+        distance = wp.length(offset)
+        if not is_on_side(facets, nearest, side, x):
+            distance = -distance
         plane.height = distance + wp.dot(w, room)
         straight = outward
         if wp.abs(distance) > wp.float64(1.0e-3) * thickness:

@@ -13,7 +13,7 @@ import warp as wp
 
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.tool_surfaces import tool_surfaces
-from warpdrape.interaction import Span
+from warpdrape.interaction import Run, Span, Swept
 from warpdrape.kernels.contact.face_depths import find_face_depths, find_vertex_planes
 from warpdrape.kernels.contact.tool_contact import ToolPlane
 from warpdrape.setup import Setup
@@ -64,9 +64,9 @@ class FaceDepths:
         place = [wp.mat33d(*pose.turned.ravel()), wp.vec3d(*pose.shift)]
         known = [self._surfaces, tool, *place, self._half, self._radius, state.plies.x]
         outputs = [self._planes, at_vertices]
-        wp.launch(find_vertex_planes, self._vertices, known, outputs, device=device)
+        Swept(find_vertex_planes, Run(0, self._vertices), known, outputs)(device)
         inputs = [*known, self._planes, self._corners, self._weights]
-        wp.launch(find_face_depths, places, inputs, [between], device=device)
+        Swept(find_face_depths, Run(0, places), inputs, [between])(device)
         return float(at_vertices.numpy().max()), float(between.numpy().max())
 
 
