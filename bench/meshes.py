@@ -1,9 +1,10 @@
 """The hemisphere on meshes of every kind and size: ``python bench/meshes.py [--cells … --set …]``.
 
 What should not depend on a mesh: the largest shear angle, its 99th and 95th percentile by area, and
-draw-in along the yarns and between them. Meshes that are no parameter of the scene, random ones of
-other seeds and lattices turned against the blank, are put into it here. Runs are kept in ``--runs``
-and not done again; the table is printed as in docs/results.md.
+draw-in along the yarns and between them; and how much the blank's edge goes to and fro. Meshes that
+are no parameter of the scene, random ones of other seeds and lattices turned against the blank, are
+put into it here. Runs are kept in ``--runs`` with the formed plies, and not done again; tables are
+printed as in docs/results.md.
 """
 
 from __future__ import annotations
@@ -110,7 +111,27 @@ def done(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> di
         runs.mkdir(parents=True, exist_ok=True)
         found = run_here(kind, cells, parameters, path.with_suffix(".npz"))
         path.write_text(json.dumps({"asked": asked, **found}) + "\n", encoding="utf-8")
-    return json.loads(path.read_text(encoding="utf-8"))
+    found = json.loads(path.read_text(encoding="utf-8"))
+    with np.load(path.with_suffix(".npz")) as formed:
+        found["zigzag"] = zigzag(formed["rest_points"], formed["points"])
+    return found
+
+
+def zigzag(flat: np.ndarray, points: np.ndarray) -> float:
+    """How far a blank's edge goes in and out from vertex to vertex [mm], root mean square.
+
+    That is how far a vertex has moved across its side beside what its two neighbours have; a smooth
+    side has some tenths of a millimetre by its curvature.
+    """
+    found = []
+    for axis in (0, 1):
+        for side in (-0.5 * SIZE, 0.5 * SIZE):
+            on_side = np.flatnonzero(np.abs(flat[:, axis] - side) < 1e-9)
+            on_side = on_side[np.argsort(flat[on_side, 1 - axis])]
+            at, moved = flat[on_side, 1 - axis], (points - flat)[on_side, axis]
+            share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
+            found.append(moved[1:-1] - (1.0 - share) * moved[:-2] - share * moved[2:])
+    return float(1e3 * np.sqrt(np.mean(np.concatenate(found) ** 2)))
 
 
 def ranges(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
@@ -151,7 +172,7 @@ def main() -> int:
             for kind in chosen.meshes:
                 row = done(kind, cells, parameters, chosen.runs)
                 table[cells][kind] = row
-                print(f"{angle:g}°, {cells} cells, {kind}: {cell(row)}", flush=True)
+                print(f"{angle:g}°, {cells}, {kind}: {cell(row)}; zigzag {row['zigzag']:.2f} mm")
         print(markdown(angle, table), flush=True)
     return 0
 

@@ -2,11 +2,13 @@
 
 import importlib.util
 import json
+import math
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 BENCH = Path(__file__).parents[1] / "bench"
@@ -38,6 +40,47 @@ def test_the_start_is_timed_to_the_first_block(tmp_path):
     folder = tmp_path / "run"
     subprocess.run([sys.executable, "-c", startup.FIRST_STEP, str(folder)], check=True)
     assert (folder / "run.json").exists() and not (folder / "summary.json").exists()
+
+
+def test_meshes_are_as_fine_as_the_grid_and_a_zigzag_is_seen():
+    meshes = loaded("meshes")
+    for kind in meshes.MESHES:
+        assert len(meshes.mesh(kind, 20).triangles) == pytest.approx(1600, rel=0.07)
+    flat = np.asarray(meshes.mesh("random, seed 0", 10).vertices)
+    flat = np.column_stack([flat, np.zeros(len(flat))])
+    assert meshes.zigzag(flat, 0.9 * flat + (0.01, 0.02, 0.03)) < 1e-12
+    moved, side = flat.copy(), np.flatnonzero(np.isclose(flat[:, 0], 0.15))
+    side = side[np.argsort(flat[side, 1])]
+    moved[side[len(side) // 2], 0] -= 2e-3  # one tooth: it, and half of it at both neighbours
+    others = [np.isclose(np.abs(flat[:, axis]), 0.15).sum() for axis in (0, 1)]
+    count = sum(others) - 8  # the ends of four sides have no two neighbours
+    lengths = np.diff(flat[side, 1])
+    before, after = lengths[len(side) // 2 - 2 : len(side) // 2 + 2].reshape(2, 2)
+    shares = (before[0] / before.sum(), after[1] / after.sum())
+    expected = 2.0 * math.sqrt((1.0 + shares[0] ** 2 + shares[1] ** 2) / count)
+    assert meshes.zigzag(flat, moved) == pytest.approx(expected)
+
+
+def test_the_table_of_meshes_comes_from_runs_that_are_kept(tmp_path, capsys, monkeypatch):
+    meshes = loaded("meshes")
+    words = "meshes.py --angles 0 --cells 4 --meshes grid diagonal --set duration=0.004"
+    monkeypatch.setattr(sys, "argv", [*words.split(), "--runs", str(tmp_path)])
+    assert meshes.main() == 0
+    first = capsys.readouterr().out
+    assert "| 0° | 4 cells |" in first and "| diagonal |" in first and "| range |" in first
+    assert len(list(tmp_path.glob("*.json"))) == len(list(tmp_path.glob("*.npz"))) == 2
+    monkeypatch.setattr(meshes, "run_here", None)  # what is there is not done again
+    assert meshes.main() == 0
+    assert capsys.readouterr().out == first
+
+
+def test_noise_in_the_vertices_is_as_small_as_said():
+    sensitivity = loaded("sensitivity")
+    scene = sensitivity.three_ply_hemisphere.build(cells=4)
+    noisy = sensitivity.shaken(scene, 1)
+    for ply, other in zip(scene.plies, noisy.plies, strict=True):
+        off = np.abs(np.asarray(other.mesh.vertices) - np.asarray(ply.mesh.vertices)).max()
+        assert 1e-11 < off < 0.15 * 1.01e-9
 
 
 def test_shares_that_do_not_scale_follow_from_the_times():

@@ -18,6 +18,7 @@ from warpdrape.calibration.fits import fit_all
 from warpdrape.calibration.friction import fit_friction
 from warpdrape.calibration.hysteresis import friction_history
 from warpdrape.calibration.raw_table import Specimen
+from warpdrape.calibration.report import understood
 from warpdrape.calibration.shear import fit_shear
 from warpdrape.calibration.tension import YarnCurve, fit_crimp, fit_failure, fit_linear
 from warpdrape.calibration.tests_file import Test
@@ -119,7 +120,9 @@ def test_a_scale_on_all_weights_changes_nothing():
 def test_a_file_gives_one_weight_or_one_for_each_specimen(plan):  # noqa: F811
     assert [s.weight for s in plan().tests[0].specimens] == [1.0]
     assert [s.weight for s in plan("", "weight = 0.5").tests[0].specimens] == [0.5]
-    assert [s.weight for s in plan("", "weight = [0.25]").tests[0].specimens] == [0.25]
+    given = plan("", "weight = [0.25]")
+    assert [s.weight for s in given.tests[0].specimens] == [0.25]
+    assert "N, weight 0.25" in understood(given) and ", weight" not in understood(plan())
     for given, words in (
         ("weight = [1, 2]", "has 2 numbers for 1 specimens: give one for each, in the order"),
         ("weight = [0]", "weight = 0 must be above zero"),

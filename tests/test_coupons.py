@@ -152,3 +152,10 @@ def test_biaxial_tension_meets_crimp_interchange(tmp_path):
 def test_impossible_specimens_are_refused(build, given, words):
     with pytest.raises(InputError, match=words):
         build(**given)
+
+
+@pytest.mark.parametrize("scene", [bias_extension, picture_frame, biaxial_tension])
+def test_the_stabiliser_of_a_coupon_is_that_of_its_verification_on_any_mesh(scene):
+    fine = scene.build(edge=0.002)
+    assert len(fine.plies[0].mesh.triangles) > 3200  # where a press's would be ten times as large
+    assert fine.numerics.stabiliser == 1.0

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from fault_checks import assert_whole_files
 from resume_checks import assert_same_folder, cut_off, press
+from run_damage import spoil
 
 from warpdrape import cli
 from warpdrape.errors import InputError, RunFailed
@@ -177,39 +178,53 @@ def test_many_damaged_run_folders(cut, tmp_path, capsys):
 
 READERS = [
     ["judge", "RUN"],
+    ["judge", "RUN", "--out", "OUT/mark.png"],
     ["report", "RUN", "--frames", "2"],
     ["picture", "RUN", "--field", "wrinkle"],
+    ["picture", "RUN", "--stack", "--tools", "--field", "tool-distance"],
     ["export", "RUN", "--to", "csv"],
     ["export", "RUN", "--to", "inp"],
     ["export", "RUN", "--to", "vtk"],
     ["export", "RUN", "--to", "svg"],
+    ["export", "RUN", "--to", "svg", "--trim", "z<-1mm", "--out", "OUT/t.svg", "--overwrite"],
+    ["export", "RUN", "--to", "permeability", "--set", "fibre_diameter=7um"],
+    ["export", "RUN", "--to", "dyna"],
+    ["export", "RUN", "--to", "nastran"],
     ["compare", *COARSE, "--approaches", "semi_discrete", "--out", "OUT"],
     ["resume", "RUN"],
 ]
 
 
-def feed_readers(whole, folder, count, capsys):
-    """Damage one file of a finished run at a time, and feed it to every command that reads one."""
-    chance, ends = random.Random(4), []
-    run = folder / "semi_discrete"
-    for path in damaged_copies(whole, run, count, chance):
-        before = {f.name: f.read_bytes() for f in run.iterdir()}
-        for reader in READERS:
-            places = {"RUN": str(run), "OUT": str(folder)}
-            argv = [places.get(word, word) for word in reader]
-            status = cli.main([*argv, "-q"])
-            said = [
-                line for line in capsys.readouterr().err.splitlines() if "warning: " not in line
-            ]
-            assert status in (0, 1, 2, 3) and "unexpected" not in "".join(said), (
-                path,
-                reader,
-                said,
-            )
-            assert len(said) == (1 if status in (1, 2) else 0), (path, reader, said)
-            if reader[0] != "resume":  # which mends what it can
-                assert all((run / name).read_bytes() == was for name, was in before.items())
-            ends.append((reader[0], status))
+def feed(run, what, readers, capsys):
+    """Feed a damaged run to commands: each says one sentence at most, and loses nothing."""
+    before, ends = {f.name: f.read_bytes() for f in run.iterdir() if f.is_file()}, []
+    for reader in readers:
+        argv = [word.replace("OUT", str(run.parent)).replace("RUN", str(run)) for word in reader]
+        status = cli.main([*argv, "-q"])
+        said = [line for line in capsys.readouterr().err.splitlines() if "warning: " not in line]
+        assert status in (0, 1, 2, 3) and "unexpected" not in "".join(said), (what, reader, said)
+        assert len(said) == (1 if status in (1, 2) else 0), (what, reader, said)
+        if reader[0] != "resume":  # which mends what it can
+            assert all((run / name).read_bytes() == was for name, was in before.items())
+        ends.append((reader[0], status))
+    return ends
+
+
+def feed_readers(whole, folder, count, capsys, readers=READERS):
+    """Damage the bytes of one file of a finished run at a time."""
+    chance, run = random.Random(4), folder / "semi_discrete"
+    copies = damaged_copies(whole, run, count, chance)
+    return [end for path in copies for end in feed(run, path, readers, capsys)]
+
+
+def feed_spoiled(whole, folder, count, capsys):
+    """Give one value in a finished run's files another at a time; a few commands for each."""
+    chance, run, ends = random.Random(7), folder / "semi_discrete", []
+    for _ in range(count):
+        shutil.rmtree(run, ignore_errors=True)
+        shutil.copytree(whole, run)
+        what = spoil(run, chance)
+        ends += feed(run, what, chance.sample(READERS, 4), capsys)
     return ends
 
 
@@ -222,13 +237,46 @@ def finished(tmp_path_factory):
 
 
 def test_damaged_runs_fed_to_every_command(finished, tmp_path, capsys):
-    ends = feed_readers(finished, tmp_path, 1, capsys)
+    ends = feed_readers(finished, tmp_path, 1, capsys, READERS[::2])
     assert {status for _, status in ends} >= {0, 2}
 
 
 @pytest.mark.slow
 def test_many_damaged_runs_fed_to_every_command(finished, tmp_path, capsys):
     feed_readers(finished, tmp_path, 100, capsys)
+
+
+@pytest.mark.parametrize(
+    ("entry", "value"),
+    [("wrinkles", 0.5), ("wrinkles", {}), ("shear", ["x"]), ("yarns", "a\nb"), ("yarns", None)],
+)
+def test_an_odd_value_is_told_as_such(entry, value, finished, tmp_path, capsys):
+    """Not as a fault of ours alone: its files may be damaged, or changed by hand."""
+    run = shutil.copytree(finished, tmp_path / "run")
+    summary = json.loads((run / "summary.json").read_text("utf-8"))
+    summary["plies"][0]["defects"][entry] = value
+    (run / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    assert feed(run, entry, [["judge", "RUN"]], capsys) == [("judge", 2)]
+    assert cli.main(["judge", str(run), "-q"]) == 2
+    said = capsys.readouterr().err
+    assert "a value that no run writes" in said and "in judgement" in said and "report it" in said
+
+
+def test_a_fault_of_ours_is_not_blamed_on_a_run(finished, monkeypatch, capsys):
+    monkeypatch.setattr("warpdrape.results.judgement.judge", lambda *_: 1 / 0)
+    assert cli.main(["judge", str(finished)]) == 1
+    assert "unexpected ZeroDivisionError" in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_odd_values_in_runs_fed_to_some_commands(finished, tmp_path, capsys):
+    assert feed_spoiled(finished, tmp_path, 3, capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_odd_values_in_many_runs(finished, tmp_path, capsys):
+    feed_spoiled(finished, tmp_path, 500, capsys)
 
 
 def test_nothing_is_executed_that_a_checkpoint_holds(tmp_path):

@@ -21,10 +21,15 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
-from warpdrape.forces.membrane import stabiliser_stiffness
+from warpdrape.errors import InputError
+from warpdrape.forces.membrane_stiffness import sheet_stiffness, stabiliser_stiffness
 from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
 from warpdrape.materials.law_curves import sample_tensions
-from warpdrape.materials.law_data import membrane_functions
+from warpdrape.materials.law_data import (
+    initial_shear_stiffness,
+    membrane_functions,
+    tension_stiffness,
+)
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
 from warpdrape.numerics import Numerics
 from warpdrape.results.snapshot import yarn_state
@@ -325,3 +330,31 @@ def test_the_stabiliser_has_a_floor_where_shear_resists_nothing():
     assert stabiliser_stiffness(free, Numerics()) == pytest.approx(floor)
     assert stabiliser_stiffness(stiff, Numerics()) == pytest.approx(1e-4 / 1e-6)
     assert stabiliser_stiffness(stiff, Numerics(stabiliser=0.0)) == pytest.approx(floor)
+
+
+def test_a_stabiliser_that_is_not_given_grows_with_the_mesh():
+    cloth = fabric(STIFF, INTERLOCK)
+    shear, yarns = initial_shear_stiffness(cloth), max(tension_stiffness(cloth))
+    assert 20.0 * shear < 1e-3 * yarns  # what follows is of the mesh, not of the cap
+    for triangles, share in ((0, 1.0), (320, 1.0), (1600, 5.0), (6400, 20.0)):
+        found = stabiliser_stiffness(cloth, Numerics(), triangles)
+        assert found == pytest.approx(share * shear)
+    assert stabiliser_stiffness(cloth, Numerics(stabiliser=1.0), 6400) == pytest.approx(shear)
+    assert stabiliser_stiffness(cloth, Numerics(), 10**7) == pytest.approx(1e-3 * yarns)
+    with pytest.raises(InputError, match="stabiliser = -1"):
+        Numerics(stabiliser=-1.0)
+
+
+def test_the_mesh_s_stabiliser_is_in_the_forces_and_in_the_step(device):
+    """As if it had been given: the energy of strains that differ in a pair, and the bound on ω²."""
+    plies = [Ply.rectangle("ply", fabric(STIFF, INTERLOCK), 0.1, cells=20) for _ in "ab"]
+    own = [Numerics(), Numerics(stabiliser=5.0)]  # 1,600 triangles
+    x = plies[0].rest_points + 1e-4 * np.random.default_rng(1).standard_normal((841, 3))
+    stored = [
+        measured(membrane_of(ply, device, stabiliser=n.stabiliser), x, device)[2].sum(axis=0)
+        for ply, n in zip(plies, own, strict=True)
+    ]
+    assert stored[0][2] == pytest.approx(stored[1][2], rel=1e-12) and stored[0][2] > 0.0
+    first, second = (sheet_stiffness(p, n) for p, n in zip(plies, own, strict=True))
+    assert first == second
+    assert first[0][0] > sheet_stiffness(plies[0], Numerics(stabiliser=1.0))[0][0]

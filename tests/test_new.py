@@ -12,6 +12,7 @@ import trimesh
 
 from warpdrape import cli
 from warpdrape.commands import writing
+from warpdrape.commands.arguments import joined
 from warpdrape.commands.scene_library import describe_scene, find_script, find_typed
 from warpdrape.numerics import Numerics
 from warpdrape.tools.profile import Arc, Line, revolve
@@ -172,6 +173,47 @@ def test_the_script_is_plain_clean_and_described():
     for name in ("angles", "fabric", "edge", "room", "holder_force", "duration", "approach"):
         assert f"  {name} " in described
     assert "[deg]" in described and "[N]" in described
+
+
+def test_a_mould_upside_down_is_refused_and_the_advice_works(capsys):
+    block, ball = trimesh.creation.box((200, 200, 100)), trimesh.creation.icosphere(4, 40.0)
+    ball.apply_translation((0.0, 0.0, -50.0))  # half of it looks out below
+    trimesh.util.concatenate([block, ball]).export("block.stl")
+    given = ["--mould", "block.stl", "--units", "mm"]
+    assert new("part", *given) == 2
+    assert "may lie upside down; give another --up, such as --up=-z" in capsys.readouterr().err
+    assert new("part", *given, "--up=-z") == 0 and new("other", *given, "--up", "-z") == 0
+    for name in ("part", "other"):
+        assert [tool.name for tool in built(name).tools] == ["mould", "die", "holder"]
+
+
+def test_signs_are_no_options(capsys):
+    assert new("part", "--angles", "-45,45") == 0
+    angles = [math.degrees(ply.warp_angle) for ply in built("part").plies]
+    assert angles == pytest.approx([-45.0, 45.0])
+    assert joined(["new", "x", "--up", "-x", "-q", "--out", "-.5"]) == [
+        *("new", "x", "--up=-x", "-q", "--out=-.5")
+    ]
+    assert joined(["picture", "--tools", "-q"]) == ["picture", "--tools", "-q"]
+
+
+def test_what_may_not_be_meant_is_said(capsys):
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=40.0)
+    ball.apply_translation((0.0, 0.0, 60.0))
+    trimesh.util.concatenate([trimesh.creation.box((200, 200, 10)), ball]).export("under.stl")
+    assert new("part", "--mould", "under.stl", "--units", "mm") == 0
+    assert "% of it is undercut, looks down, and is left out" in capsys.readouterr().out
+    trimesh.load("hump.stl").apply_scale(1.0 / 25.4).export("inches.stl")
+    assert new("small", "--mould", "inches.stl", "--units", "mm") == 0
+    assert "mm across: look whether mm is its unit" in capsys.readouterr().out
+    assert new("right", "--mould", "inches.stl", "--units", "inch", "--kind", "female") == 0
+    said = capsys.readouterr().out
+    assert "It looks like a male mould; female was asked for." in said
+    assert "look whether" not in said and "undercut" not in said and "does not cover" not in said
+    trimesh.load("hump.stl").apply_scale(1e-3).export("metres.stl")
+    assert new("wrong", "--mould", "metres.stl", "--units", "mm") == 2
+    assert "give another of units: 'm', 180 mm" in capsys.readouterr().err
+    assert new("wrong", "--mould", "metres.stl", "--units", "m") == 0
 
 
 def test_a_file_is_never_replaced(capsys):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from optimise_checks import STUDY, bowl, optimised, write_formulas
 
+from warpdrape.defects.limits import Limits, limits_entry
 from warpdrape.errors import InputError
 from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.answer import (
@@ -144,6 +145,21 @@ def test_the_answer_keeps_its_limits(tmp_path):
         assert best.trial.row["x"] >= 0.5
         feasible = [runner.score(t) for t in runner.book.of_kind(kind)]
         assert best.score.objectives[0] == min(s.objectives[0] for s in feasible if s.feasible)
+
+
+def test_the_verdict_by_the_scenes_own_limits_is_a_constraint(tmp_path):
+    def formula(values):
+        covered = [{"name": "punch", "coverage": float(values["x"])}]
+        limits = limits_entry(Limits(coverage={"punch": 0.5}))
+        return {**bowl(values), "tools": covered, "limits": limits}
+
+    text = TPE + "[optimise.constraints]\nfit = { least = 1 }\n"
+    runner, _ = optimised(write_formulas(tmp_path, text), tmp_path / "o", formula)
+    best = candidates_of(runner, SEARCH)[0]
+    assert best.score.values["fit"] == 1.0 and 0.5 <= best.trial.row["x"] < 0.7
+    scores = [runner.score(t) for t in runner.book.of_kind(SEARCH, BASELINE)]
+    assert all(s.feasible == (s.values["g"] >= 0.5) for s in scores)
+    assert not all(s.feasible for s in scores)
 
 
 def test_what_is_not_quasi_static_does_not_count_unless_asked(tmp_path):

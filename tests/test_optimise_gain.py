@@ -71,16 +71,12 @@ def gains(tmp_path, text, rough=0.35):
     return np.array(found)
 
 
-def test_the_search_is_better_than_random_settings_of_equal_cost(tmp_path):
-    found = gains(tmp_path, TEXT)
+@pytest.mark.parametrize(
+    ("rough", "wins"), [(0.35, 14), pytest.param(0.1, 18, marks=pytest.mark.slow)]
+)
+def test_the_search_is_better_than_random_settings_of_equal_cost(tmp_path, rough, wins):
+    """By chance 14 of 20 are won once in 17 times, 18 once in 5000."""
+    found = gains(tmp_path, TEXT, rough)
     error = found.std(ddof=1) / np.sqrt(SEEDS)
     assert found.mean() > 3.0 * error, (found.mean(), error)
-    assert (found > 0.0).sum() >= 14, found  # of 20; by chance with a probability of 0.06
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("method", "runs"), [("gp", 60), ("tpe", 60)])
-def test_with_a_larger_budget_too(tmp_path, method, runs):
-    text = TEXT.replace("runs = 20", f'runs = {runs}\nmethod = "{method}"')
-    found = gains(tmp_path, text)
-    assert found.mean() > 3.0 * found.std(ddof=1) / np.sqrt(SEEDS), found
+    assert (found > 0.0).sum() >= wins, found

@@ -54,7 +54,7 @@ def test_the_bundled_card_holds_what_its_file_says():
     assert (matrix.heat.between, matrix.heat.emissivity) == (800.0, 0.9)
     assert matrix.modulus is None and matrix.rise == (0.0, 0.0)
     stated = {name for name in fabric.sources if name.startswith("matrix.")}
-    assert len(stated) == 9 and "matrix.shift.activation_energy" in stated
+    assert len(stated) == 11 and "matrix.shift.activation_energy" in stated
     assert {fabric.sources[name].status for name in fabric.sources} == {"assumed"}
     assert fabric.sources["matrix.shift.reference_temperature"].given == "260 °C"
 

@@ -32,7 +32,7 @@ def sampler(name):
     if Tension is CrimpStruct:
         slid_loads, slid_energy = slid_crimp_loads, slid_crimp_energy
     else:
-        slid_loads, slid_energy = make_slid_law(pull, energy, Tension, name != "linear")
+        slid_loads, slid_energy = make_slid_law(pull, energy, Tension)
 
     @wp.kernel(module="unique", enable_backward=False)
     def sample(law: Tension, at: wp.array(dtype=wp.vec4d), out: wp.array2d(dtype=wp.float64)):

@@ -176,7 +176,8 @@ def test_so_is_one_of_families_that_pull_each_other(law):
     highest, bound = highest_frequency(led, x0), frequencies(led.scene, 0).max()
     assert 0.05 * bound < highest < bound
     step = math.sqrt((4.0 - SLIDES_SHARE) / highest)
-    assert np.abs(np.linalg.eigvals(amplification(led, step, x0))).max() < 1.0 + 1e-6
+    radius = np.abs(np.linalg.eigvals(amplification(led, step, x0))).max()
+    assert radius < 1.0 + 1e-4  # rigid motion's double 1, to the root of the differences' error
 
 
 def test_slides_take_of_the_step_and_say_when_too_little_is_left():
@@ -213,7 +214,9 @@ def test_yarns_rub_with_the_force_that_their_crimp_presses_with():
     material = cloth(PLAIN, factor=0.01, yarn_friction=0.3, **hold)
     led, stretched = Led(blank(material, cells=3)), np.array([1.006, 1.004])
     x = led.scene.plies[0].rest_points * (*stretched, 1.0)
-    after = led.step(x, led.slides(rate=1e-3))[1]["grip"]
+    drawn = np.tile([-1e-3, 0.0], (led.count, 1))  # ends of the warp are going by: less of it there
+    assert 0.7 < led.of.chains.left(drawn).min() < 0.9
+    after = led.step(x, led.slides(s=drawn, rate=1e-3))[1]["grip"]
     crossings = (led.of.chains.areas / material.cell_area)[:, None]
     force = after * led.of.crossovers.stiffness.numpy() / crossings
     yarns, heights = saw_tooth_yarns(PLAIN, stretched, np.ones(2))

@@ -1,24 +1,31 @@
 """What a study makes of its runs: effects, indices, maps with known answers; tables, measures."""
 
 import csv
+from argparse import Namespace
 
 import numpy as np
 import pytest
 import scipy.stats
+from optimise_checks import STUDY, MadeUp, write_formulas
 from study_checks import made_up
 
+from warpdrape.defects.limits import Limits, limits_entry
 from warpdrape.errors import InputError
+from warpdrape.studies.command import cost_text
 from warpdrape.studies.design import Design
 from warpdrape.studies.effects import effects
 from warpdrape.studies.fields import PlyFields
+from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.indices import indices
 from warpdrape.studies.map_files import draw_map, write_map
 from warpdrape.studies.maps import map_runs, triangles_at
 from warpdrape.studies.measures import Measure, read_measures
 from warpdrape.studies.pictures import draw_effects, draw_indices, draw_pairs
 from warpdrape.studies.progress import StudyProgress
+from warpdrape.studies.running import Cost
 from warpdrape.studies.study import MapOptions
-from warpdrape.studies.table import write_table
+from warpdrape.studies.study_file import read_study
+from warpdrape.studies.table import gather, write_table
 
 SUMMARY = {
     "steps": 7,
@@ -46,6 +53,32 @@ ROWS = {"time_s": np.array([0.0, 1.0, 2.0]), "punch_force_n": np.array([0.0, 9.0
 def test_measures(path, value):
     (measure,) = read_measures({"m": path})
     assert measure.of(SUMMARY, ROWS) == value
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_the_verdict_is_by_the_studys_limits_or_the_scenes(tmp_path, own):
+    text = STUDY.partition("[optimise]")[0] + '[design]\nkind = "grid"\nsteps = 2\n'
+    if not own:
+        (tmp_path / "limits.toml").write_text("coverage = { punch = 0.5 }\n", encoding="utf-8")
+        text = f'limits = "limits.toml"\n{text}'
+    study, folder = read_study(write_formulas(tmp_path, text)), StudyFolder(tmp_path / "o")
+    rows = study.rows()
+    jobs = [Namespace(number=k, settings=study.settings(row)) for k, row in enumerate(rows)]
+
+    def gathered(limits):
+        def formula(values):
+            tools = [{"name": "punch", "coverage": float(values["x"])}]
+            return {"f": 1.0, "g": 1.0, "tools": tools, "limits": limits_entry(limits)}
+
+        (tmp_path / "o" / "outcomes").mkdir(parents=True, exist_ok=True)
+        outcomes = {outcome["run"]: outcome for outcome in MadeUp(folder, formula)(jobs)}
+        return gather(study, folder, rows, outcomes)
+
+    table = gathered(Limits(coverage={"punch": 0.5 if own else 2.0**-9}))
+    assert [row["x"] for row in rows] == [0.0, 0.0, 1.0, 1.0]
+    assert table.columns["fit"] == [0, 0, 1, 1] and "fit" in table.measures
+    bare = gathered(None)
+    assert ("fit" in bare.columns) is not own
 
 
 @pytest.mark.parametrize(
@@ -270,3 +303,15 @@ def test_progress(capsys):
         "4 of 5 runs, 1 failed, 10 s left",
         "5 of 5 runs, 1 failed, in 30 s",
     ]
+
+
+def test_cost_is_told_as_runs_start_and_order():
+    cost = Cost(own_start_s=1.0, own_s=1.5)
+    for host, ended, run in (("a", 3.0, 1.0), ("b", 3.5, 1.0), ("a", 4.2, 1.1), ("a", 6.2, 1.9)):
+        cost.add({"host": host, "process": 1, "worker_cpu_s": ended, "cpu_s": run})
+    cost.add({"host": "a", "process": 1})  # a run that was done before
+    assert cost.runs_s == pytest.approx(5.0)
+    assert cost.start_s == pytest.approx(2.0 + 2.5 + 1.0)
+    assert cost.order_s == pytest.approx((6.2 - 2.0 - 4.0) + 0.0 + 0.5)
+    words = cost_text(cost)
+    assert "5 s in runs, 6 s (110.0 %) to start and 1 s (14.0 %) for order" in words

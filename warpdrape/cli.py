@@ -57,6 +57,8 @@ COMMANDS: dict[str, Command] = {
     )
 }
 """By name, in the order of the help."""
+ODD = (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError)
+"""What code meets where a file holds another value than it takes for granted."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,7 +80,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except MemoryError:
             return complain("out of memory: take fewer cells or larger facets", FAILED)
         except Exception as error:
-            return _explain(error)
+            return _explain(error, list(sys.argv[1:] if argv is None else argv))
 
 
 def run_script(path: str | os.PathLike[str]) -> NoReturn:
@@ -167,7 +169,7 @@ def _dispatch(argv: list[str]) -> int:
         return command.act(arguments)
 
 
-def _explain(error: Exception) -> int:
+def _explain(error: Exception, argv: Sequence[str]) -> int:
     from warpdrape.errors import InputError, RunFailed
 
     if isinstance(error, InputError):
@@ -180,7 +182,15 @@ def _explain(error: Exception) -> int:
     where = ""
     if step is not None:
         where = f" in {Path(step.tb_frame.f_code.co_filename).name}, line {step.tb_lineno}"
-    return complain(f"unexpected {type(error).__name__}{where}: {error}; please report it", FAILED)
+    what = f"{type(error).__name__}{where}: {error}"
+    command = COMMANDS.get(argv[0]) if argv else None
+    if command is not None and command.reads_runs and isinstance(error, ODD):
+        return complain(
+            f"the run cannot be used ({what}): its files hold a value that no run writes, as after "
+            "damage or a change by hand: run the scene again; if that is no cure, please report it",
+            UNUSABLE,
+        )
+    return complain(f"unexpected {what}; please report it", FAILED)
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -29,7 +29,8 @@ class Numerics:
 
     Attributes:
         averaging: "pairs" shares yarn strains between two triangles; "plain" does not.
-        stabiliser: κ of the pair's stabiliser, in units of the initial shear stiffness [-].
+        stabiliser: κ of what keeps the strains of a pair's triangles alike, in units of the initial
+            shear stiffness [-]; None for one that grows with a ply's triangles.
         stabiliser_floor: least stabiliser, as a share of the yarn stiffness [-].
         damping: mass-proportional damping rate [1/s]; or pairs (time [s], rate [1/s]) through which
             it goes smoothly, the ends holding before and after: none while a ply is formed, some
@@ -53,7 +54,7 @@ class Numerics:
     """
 
     averaging: str = "pairs"
-    stabiliser: float = 1.0
+    stabiliser: float | None = None
     stabiliser_floor: float = 2e-6
     damping: float | Sequence[tuple[float, float]] = 0.0
     contact_share: float = 0.04
@@ -93,7 +94,8 @@ class Numerics:
                 "mass_scaling = 'selective' adds mass until a step is reached: give "
                 "minimum_time_step, in seconds"
             )
-        positive("stabiliser", self.stabiliser, zero=True)
+        if self.stabiliser is not None:
+            positive("stabiliser", self.stabiliser, zero=True)
         positive("stabiliser_floor", self.stabiliser_floor, zero=True)
         if positive("yarn_viscosity", self.yarn_viscosity, zero=True) > 0.5:
             raise InputError(

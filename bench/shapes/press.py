@@ -121,3 +121,26 @@ def two_plies(runs: Runs) -> str:
         "energy error",
     )
     return markdown(headings, rows)
+
+
+def double_dome_part(runs: Runs) -> str:
+    """The part between the tools of the double dome, were it filled."""
+    rows = []
+    for clearance in (2, 1):
+        run = runs.run("double_dome", **({} if clearance == 2 else {"clearance": "1mm"}))
+        ply = run.summary["plies"][0]
+        for cavity in ply["defects"]["cavities"]:
+            if cavity["under_force"]:
+                continue
+            thick, volume = cavity["thickness_m"], cavity["fibre_volume_fraction"]
+            rows.append(
+                [
+                    f"{clearance} mm",
+                    f"{100 * cavity['area_share']:.0f} %",
+                    f"{1e3 * thick['min']:.3f} to {1e3 * thick['max']:.3f} mm",
+                    f"{100 * volume['min']:.1f} to {100 * volume['max']:.1f} %",
+                    f"{100 * volume['mean']:.1f} %",
+                ]
+            )
+    headings = ("`clearance`", "between the tools", "thickness", "fibre volume", "… in the mean")
+    return markdown(headings, rows)

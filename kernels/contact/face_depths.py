@@ -3,7 +3,7 @@
 import warp as wp
 
 from ..sweep import Sweep
-from .surface import weighted
+from .surface import barycentric, is_on_border, to_single, weighted
 from .tool_contact import (
     ToolPlane,
     ToolSurfaces,
@@ -34,6 +34,36 @@ def plane_near(
             surfaces, tool, facet, at, half, radius, zero, held, beside
         )
     return plane
+
+
+@wp.func
+def beyond_rim(surfaces: ToolSurfaces, tool: int, at: wp.vec3d, radius: wp.float64) -> wp.float64:
+    """Distance [m] of a place from the rim of an open tool, beyond which it lies; −1 elsewhere.
+
+    A ply that bends over a rim lies beside the tool there, and behind its face, but not in it.
+    """
+    facet = nearest_facet(surfaces, tool, at, radius, radius)
+    a = surfaces.corners[facet, 0]
+    b = surfaces.corners[facet, 1]
+    c = surfaces.corners[facet, 2]
+    w = barycentric(a, b, c, at)
+    if is_on_border(w, surfaces.open_edges[facet]):
+        return wp.length(at - weighted(w, a, b, c))
+    return -wp.float64(1.0)
+
+
+@wp.func
+def passes(surfaces: ToolSurfaces, tool: int, start: wp.vec3d, end: wp.vec3d) -> bool:
+    """Whether the straight way between two places of a triangle leads through a tool.
+
+    If not, a ply that is on both sides of an open tool goes round its rim.
+    """
+    way = end - start
+    length = wp.length(way)
+    ray = wp.mesh_query_ray(
+        surfaces.meshes[tool], to_single(start), to_single(way / length), float(length)
+    )
+    return ray.result
 
 
 @wp.kernel(enable_backward=False)
@@ -68,9 +98,8 @@ def find_vertex_planes(
         at = wp.transpose(turned) * (x[i] - shift)
         plane = plane_near(surfaces, tool, at, half[i], radius, no_plane())
         if surfaces.open[tool] == 1 and is_near(plane) and plane_gap(plane, at) < -half[i]:
-            plane.normal = (
-                -plane.normal
-            )  # it is on the sheet's other side, no deeper than half in it
+            # It is on the sheet's other side, no deeper than half in it.
+            plane.normal = -plane.normal
             plane.level = wp.float64(2.0) * half[i] - plane.level
         planes[i] = plane
         depths[i] = wp.float64(0.0)
@@ -111,17 +140,26 @@ def find_face_depths(
         depths: of the ply's side below the tool's surface, 0 where it is not in it, or where no
             corner is near [m], shape [place]; overwritten.
     """
+    zero = wp.float64(0.0)
     for k in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
-        depths[k] = wp.float64(0.0)
         corner = corners[k]
-        beside = no_plane()
-        for c in range(3):
-            if not is_near(beside):
-                beside = planes[corner[c]]
-        if not is_near(beside):
-            continue
-        place = weighted(weights[k], x[corner[0]], x[corner[1]], x[corner[2]])
+        w = weights[k]
+        offset = half[corner[0]]
+        place = weighted(w, x[corner[0]], x[corner[1]], x[corner[2]])
         at = wp.transpose(turned) * (place - shift)
-        plane = plane_near(surfaces, tool, at, half[corner[0]], radius, beside)
-        if is_near(plane):
-            depths[k] = wp.max(-plane_gap(plane, at), wp.float64(0.0))
+        deepest = wp.float64(0.0)
+        for c in range(3):
+            if w[c] > zero and is_near(planes[corner[c]]):
+                plane = plane_near(surfaces, tool, at, offset, radius, planes[corner[c]])
+                depth = wp.float64(0.0)
+                if is_near(plane):
+                    depth = -plane_gap(plane, at)
+                if surfaces.open[tool] == 1 and depth > offset + surfaces.sag[tool]:
+                    start = wp.transpose(turned) * (x[corner[c]] - shift)
+                    depth = wp.where(passes(surfaces, tool, start, at), depth, zero)
+                deepest = wp.max(deepest, depth)
+        if deepest > zero:
+            beyond = beyond_rim(surfaces, tool, at, radius)
+            if beyond >= zero:
+                deepest = wp.max(offset - beyond, zero)
+        depths[k] = deepest

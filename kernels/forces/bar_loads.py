@@ -29,10 +29,13 @@ NONE = wp.constant(-1)
 
 @wp.struct
 class BarLoads:
-    """What a bar does; all 0 where it holds no more."""
+    """What a bar does; no loads where it holds no more."""
 
-    tension: wp.float64  # F = ∂W/∂d [N]
-    draw: wp.float64  # G = −∂W/∂l [N]
+    holds: bool  # whether there is yarn in both of its crossovers
+    distance: wp.float64  # d [m]
+    material: wp.float64  # l [m]
+    tension: wp.float64  # F/w = ∂W/∂d over its width [N/m]
+    draw: wp.float64  # G/w = −∂W/∂l over its width [N/m]
     ends: wp.vec2d  # −∂W/∂c ∂c/∂s of its lower and upper crossover [N]
 
 
@@ -83,27 +86,92 @@ def make_no_tension(Tension):
     return no_tension, no_energy
 
 
-def make_bar_loads(slid_loads, slid_energy, Tension, coupled: bool):
-    """Make the functions of a tension law: ``(bar_loads, bar_energy)``.
+def make_own(slid_loads, slid_energy, Tension):
+    """Make a family's own part of a law of both: ``(own_loads, own_energy)``.
 
     Args:
         slid_loads: wp.func (law, ρ, λ) → `slid_laws.SlidLoads`.
         slid_energy: wp.func (law, ρ, λ) → energy per flat area [J/m²].
         Tension: struct of the law.
-        coupled: whether the families' tensions depend on each other's strains.
     """
 
     @wp.func
-    def own_energy(law: Tension, family: int, at: wp.vec2d) -> wp.float64:
-        """w_f [J/m²] of a family's ρ and λ."""
+    def own_loads(law: Tension, family: int, distance: wp.float64, yarn: wp.float64):
         one = wp.float64(1.0)
-        return slid_energy(law, of_both(family, at[0], one), of_both(family, at[1], one))
+        loads = slid_loads(law, of_both(family, distance, one), of_both(family, yarn, one))
+        return wp.vec2d(loads.pull[family], loads.draw[family])
+
+    @wp.func
+    def own_energy(law: Tension, family: int, distance: wp.float64, yarn: wp.float64) -> wp.float64:
+        one = wp.float64(1.0)
+        return slid_energy(law, of_both(family, distance, one), of_both(family, yarn, one))
+
+    return own_loads, own_energy
+
+
+def make_lone_loads(own_loads, own_energy, Tension):
+    """Make the functions of a law of each family alone: ``(bar_loads, bar_energy)``.
+
+    Args:
+        own_loads: wp.func (law, family, ρ, λ) → ∂w_f/∂ρ and −∂w_f/∂λ [N/m], which depend on ρ/λ.
+        own_energy: wp.func (law, family, ρ, λ) → w_f [J/m²], of twice ρ and λ twice as much.
+        Tension: struct of the law.
+    """
+
+    @wp.func
+    def bar_loads(
+        law: Tension,
+        bars: Bars,
+        crossovers: Crossovers,
+        b: int,
+        slides: wp.array(dtype=Slide),
+        x: wp.array(dtype=wp.vec3d),
+    ) -> BarLoads:
+        """Slopes of the energy by what a bar has: distance and yarn."""
+        out = BarLoads()
+        out.distance = bar_distance(bars, b, x)
+        out.material = bar_material(bars, b, slides)
+        shares = end_shares(bars, crossovers, b, slides)
+        out.holds = shares[0] * shares[1] > wp.float64(0.0)
+        if out.holds:
+            own = own_loads(law, bars.family[b], out.distance, out.material)
+            out.tension = own[0]
+            out.draw = own[1]
+        return out
+
+    @wp.func
+    def bar_energy(
+        law: Tension,
+        bars: Bars,
+        crossovers: Crossovers,
+        b: int,
+        slides: wp.array(dtype=Slide),
+        x: wp.array(dtype=wp.vec3d),
+    ) -> wp.float64:
+        """Energy [J] of a bar's yarn."""
+        distance = bar_distance(bars, b, x)
+        material = bar_material(bars, b, slides)
+        return bars.widths[b] * own_energy(law, bars.family[b], distance, material)
+
+    return bar_loads, bar_energy
+
+
+def make_coupled_loads(slid_loads, slid_energy, Tension):
+    """Make the functions of a law of both families: ``(bar_loads, bar_energy)``.
+
+    Args:
+        slid_loads: wp.func (law, ρ, λ) → `slid_laws.SlidLoads`.
+        slid_energy: wp.func (law, ρ, λ) → energy per flat area [J/m²].
+        Tension: struct of the law.
+    """
+    own_loads, own_energy = make_own(slid_loads, slid_energy, Tension)
 
     @wp.func
     def coupling(law: Tension, family: int, at: wp.vec2d, mate: wp.vec2d) -> wp.float64:
         """χ [J/m²] of ρ and λ of a family's bar, and of one of the other family."""
         whole = slid_energy(law, of_both(family, at[0], mate[0]), of_both(family, at[1], mate[1]))
-        return whole - own_energy(law, family, at) - own_energy(law, 1 - family, mate)
+        own = own_energy(law, family, at[0], at[1])
+        return whole - own - own_energy(law, 1 - family, mate[0], mate[1])
 
     @wp.func
     def bar_loads(
@@ -115,39 +183,41 @@ def make_bar_loads(slid_loads, slid_energy, Tension, coupled: bool):
         x: wp.array(dtype=wp.vec3d),
     ) -> BarLoads:
         """Slopes of the energy by what a bar has: distance, yarn, shares of its crossovers."""
-        one = wp.float64(1.0)
         out = BarLoads()
+        out.distance = bar_distance(bars, b, x)
+        out.material = bar_material(bars, b, slides)
         shares = end_shares(bars, crossovers, b, slides)
-        if shares[0] * shares[1] <= wp.float64(0.0):
+        out.holds = shares[0] * shares[1] > wp.float64(0.0)
+        if not out.holds:
             return out
         f = bars.family[b]
         at = drawn_out(bars, b, slides, x)
-        own = slid_loads(law, of_both(f, at[0], one), of_both(f, at[1], one))
-        out.tension = bars.widths[b] * own.pull[f]
-        out.draw = bars.widths[b] * own.draw[f]
-        if wp.static(coupled):
-            ends = bars.numbers[b]
-            kept = wp.vec2d(faded(shares[0]), faded(shares[1]))
-            slopes = wp.vec2d(
-                faded_slope(shares[0]) * left_slope(crossovers, ends[0], f, slides[ends[0]].s[f]),
-                faded_slope(shares[1]) * left_slope(crossovers, ends[1], f, slides[ends[1]].s[f]),
-            )
-            leaving = wp.length_sq(slopes) > wp.float64(0.0)
-            for k in range(4):
-                mate = bars.mates[b][k]
-                if mate != NONE:
-                    there = end_shares(bars, crossovers, mate, slides)
-                    area = bars.areas[b][k] * faded(there[0]) * faded(there[1])
-                    if area > wp.float64(0.0):
-                        by = drawn_out(bars, mate, slides, x)
-                        both = slid_loads(law, of_both(f, at[0], by[0]), of_both(f, at[1], by[1]))
-                        per_length = area * kept[0] * kept[1] / bars.lengths[b]
-                        out.tension += per_length * (both.pull[f] - own.pull[f])
-                        out.draw += per_length * (both.draw[f] - own.draw[f])
-                        if leaving:
-                            lost = area * coupling(law, f, at, by)
-                            out.ends[0] -= lost * slopes[0] * kept[1]
-                            out.ends[1] -= lost * slopes[1] * kept[0]
+        own = own_loads(law, f, at[0], at[1])
+        out.tension = own[0]
+        out.draw = own[1]
+        size = bars.widths[b] * bars.lengths[b]
+        ends = bars.numbers[b]
+        kept = wp.vec2d(faded(shares[0]), faded(shares[1]))
+        slopes = wp.vec2d(
+            faded_slope(shares[0]) * left_slope(crossovers, ends[0], f, slides[ends[0]].s[f]),
+            faded_slope(shares[1]) * left_slope(crossovers, ends[1], f, slides[ends[1]].s[f]),
+        )
+        leaving = wp.length_sq(slopes) > wp.float64(0.0)
+        for k in range(4):
+            mate = bars.mates[b][k]
+            if mate != NONE:
+                there = end_shares(bars, crossovers, mate, slides)
+                area = bars.areas[b][k] * faded(there[0]) * faded(there[1])
+                if area > wp.float64(0.0):
+                    by = drawn_out(bars, mate, slides, x)
+                    both = slid_loads(law, of_both(f, at[0], by[0]), of_both(f, at[1], by[1]))
+                    portion = area * kept[0] * kept[1] / size
+                    out.tension += portion * (both.pull[f] - own[0])
+                    out.draw += portion * (both.draw[f] - own[1])
+                    if leaving:
+                        lost = area * coupling(law, f, at, by)
+                        out.ends[0] -= lost * slopes[0] * kept[1]
+                        out.ends[1] -= lost * slopes[1] * kept[0]
         return out
 
     @wp.func
@@ -160,22 +230,19 @@ def make_bar_loads(slid_loads, slid_energy, Tension, coupled: bool):
         x: wp.array(dtype=wp.vec3d),
     ) -> wp.float64:
         """Energy [J] of a bar's yarn, and half of that of its quadrants."""
-        total = wp.float64(0.0)
+        f = bars.family[b]
+        at = drawn_out(bars, b, slides, x)
+        total = bars.widths[b] * bars.lengths[b] * own_energy(law, f, at[0], at[1])
         shares = end_shares(bars, crossovers, b, slides)
-        if shares[0] * shares[1] > wp.float64(0.0):
-            f = bars.family[b]
-            at = drawn_out(bars, b, slides, x)
-            total = bars.widths[b] * bars.lengths[b] * own_energy(law, f, at)
-            if wp.static(coupled):
-                kept = faded(shares[0]) * faded(shares[1])
-                for k in range(4):
-                    mate = bars.mates[b][k]
-                    if mate != NONE:
-                        there = end_shares(bars, crossovers, mate, slides)
-                        area = kept * bars.areas[b][k] * faded(there[0]) * faded(there[1])
-                        if area > wp.float64(0.0):
-                            by = drawn_out(bars, mate, slides, x)
-                            total += wp.float64(0.5) * area * coupling(law, f, at, by)
+        kept = faded(shares[0]) * faded(shares[1])
+        for k in range(4):
+            mate = bars.mates[b][k]
+            if mate != NONE:
+                there = end_shares(bars, crossovers, mate, slides)
+                area = kept * bars.areas[b][k] * faded(there[0]) * faded(there[1])
+                if area > wp.float64(0.0):
+                    by = drawn_out(bars, mate, slides, x)
+                    total += wp.float64(0.5) * area * coupling(law, f, at, by)
         return total
 
     return bar_loads, bar_energy

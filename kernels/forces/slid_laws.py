@@ -12,6 +12,7 @@ energy per flat area, whose crossings stay as many however far the yarns slide. 
       w = λ1 φ_1 + λ2 φ_2 + χ,   χ = Φ − φ_1 − φ_2 − Φ(0, 0)
 
   which is exact where they do nothing to each other.
+- Linear yarns do not: of them, which are computed most, w_f alone is told, without the rest.
 """
 
 import warp as wp
@@ -24,6 +25,7 @@ from ..materials.crimp import (
     family_tension,
     yarn_stretches,
 )
+from ..materials.tension import LinearTension, kinked
 
 LEAST_RUN = wp.constant(wp.float64(0.05))
 """Run of a yarn along a cell over its length, at least [-]: steeper ones stand on end."""
@@ -55,14 +57,31 @@ def make_no_press(Tension):
     return no_press
 
 
-def make_slid_law(tension, tension_energy, Tension, coupled: bool):
+@wp.func
+def linear_own_loads(law: LinearTension, family: int, distance: wp.float64, yarn: wp.float64):
+    """∂w_f/∂ρ and −∂w_f/∂λ [N/m] of linear yarns: N and (1 + ½ ε) N."""
+    strain = distance / yarn - wp.float64(1.0)
+    pull = law.stiffness[family] * kinked(strain, law.compressive_factor)
+    return wp.vec2d(pull, pull * (wp.float64(1.0) + wp.float64(0.5) * strain))
+
+
+@wp.func
+def linear_own_energy(
+    law: LinearTension, family: int, distance: wp.float64, yarn: wp.float64
+) -> wp.float64:
+    """w_f = ½ λ N ε [J/m²]."""
+    strain = distance / yarn - wp.float64(1.0)
+    pull = law.stiffness[family] * kinked(strain, law.compressive_factor)
+    return wp.float64(0.5) * yarn * pull * strain
+
+
+def make_slid_law(tension, tension_energy, Tension):
     """Make the functions of a law that knows only strains: ``(slid_loads, slid_energy)``.
 
     Args:
         tension: wp.func (law, strain) → line tensions [N/m].
         tension_energy: wp.func (law, strain) → energy per area [J/m²].
         Tension: struct of the law.
-        coupled: whether the families' tensions depend on each other's strains.
     """
 
     @wp.func
@@ -76,10 +95,8 @@ def make_slid_law(tension, tension_energy, Tension, coupled: bool):
         strain = wp.cw_div(distance, yarn) - wp.vec2d(wp.float64(1.0), wp.float64(1.0))
         warp = own_energy(law, 0, strain)
         weft = own_energy(law, 1, strain)
-        total = yarn[0] * warp + yarn[1] * weft
-        if wp.static(coupled):
-            total += tension_energy(law, strain) - tension_energy(law, wp.vec2d()) - warp - weft
-        return total
+        whole = tension_energy(law, strain) - tension_energy(law, wp.vec2d())
+        return yarn[0] * warp + yarn[1] * weft + (whole - warp - weft)
 
     @wp.func
     def slid_loads(law: Tension, distance: wp.vec2d, yarn: wp.vec2d) -> SlidLoads:
@@ -87,14 +104,12 @@ def make_slid_law(tension, tension_energy, Tension, coupled: bool):
         out = SlidLoads()
         stretch = wp.cw_div(distance, yarn)
         strain = stretch - wp.vec2d(wp.float64(1.0), wp.float64(1.0))
+        both = tension(law, strain)
         for f in range(2):
             own = tension(law, alone(f, strain))[f]
-            out.pull[f] = own
-            out.draw[f] = stretch[f] * own - own_energy(law, f, strain)
-            if wp.static(coupled):
-                added = (tension(law, strain)[f] - own) / yarn[f]
-                out.pull[f] += added
-                out.draw[f] += stretch[f] * added
+            added = (both[f] - own) / yarn[f]
+            out.pull[f] = own + added
+            out.draw[f] = stretch[f] * (own + added) - own_energy(law, f, strain)
         return out
 
     return slid_loads, slid_energy

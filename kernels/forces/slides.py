@@ -17,9 +17,7 @@ from .yarn_chains import (
     Bars,
     Crossovers,
     Slide,
-    bar_distance,
     bar_holds,
-    bar_material,
     yarn_left,
 )
 
@@ -111,7 +109,7 @@ def make_slide_kernels(bar_loads, press, Tension):
     """Make the kernels of slides for one law: ``(slide_yarns, measure_slides)``.
 
     Args:
-        bar_loads: from `bar_loads.make_bar_loads`.
+        bar_loads: from `bar_loads.make_lone_loads` or `make_coupled_loads`.
         press: wp.func (law, ρ, λ) → force of a crossing's yarns on each other [N].
         Tension: struct of the tension law.
     """
@@ -161,21 +159,21 @@ def make_slide_kernels(bar_loads, press, Tension):
             total = wp.float64(0.0)
             for side in range(2):
                 b = crossovers.bars[v][2 * f + side]
-                if b != NONE and bar_holds(bars, crossovers, b, slides):
-                    material = bar_material(bars, b, slides)
-                    distance = bar_distance(bars, b, x)
+                if b != NONE:
                     loads = bar_loads(law, bars, crossovers, b, slides, x)
-                    drag = bar_drag(bars, b, memory[b], distance, material)
-                    pull = loads.draw + bars.widths[b] * drag
-                    total += loads.tension / bars.widths[b]
-                    beside += one
-                    room = wp.max(material - LEAST_SPACING * bars.lengths[b], wp.float64(0.0))
-                    if side == 0:
-                        out.pull[f] += pull + loads.ends[1]
-                        out.room_below[f] = room
-                    else:
-                        out.pull[f] += loads.ends[0] - pull
-                        out.room_above[f] = room
+                    if loads.holds:
+                        drag = bar_drag(bars, b, memory[b], loads.distance, loads.material)
+                        pull = bars.widths[b] * (loads.draw + drag)
+                        total += loads.tension
+                        beside += one
+                        room = loads.material - LEAST_SPACING * bars.lengths[b]
+                        room = wp.max(room, wp.float64(0.0))
+                        if side == 0:
+                            out.pull[f] += pull + loads.ends[1]
+                            out.room_below[f] = room
+                        else:
+                            out.pull[f] += loads.ends[0] - pull
+                            out.room_above[f] = room
             out.tension[f] = total / wp.max(beside, one)
         if crossovers.rubbing[v] > wp.float64(0.0):
             out.press = press_at(law, bars, crossovers, v, slides, x)

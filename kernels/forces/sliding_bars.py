@@ -6,8 +6,6 @@ from .yarn_chains import (
     Bars,
     Crossovers,
     Slide,
-    bar_holds,
-    bar_material,
     bar_strain,
 )
 
@@ -63,7 +61,7 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
     """Make the kernels of bars for one law: ``(add_bar_forces, measure_bars)``.
 
     Args:
-        bar_loads: from `bar_loads.make_bar_loads`.
+        bar_loads: from `bar_loads.make_lone_loads` or `make_coupled_loads`.
         bar_energy: likewise.
         Tension: struct of the tension law.
     """
@@ -96,17 +94,16 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         b = first + wp.tid()
         ends = bars.ends[b]
         along = x[ends[1]] - x[ends[0]]
-        distance = wp.length(along)
-        material = bar_material(bars, b, slides)
         known = memory[b]
-        holds = bar_holds(bars, crossovers, b, slides)
-        if holds:
-            loads = bar_loads(law, bars, crossovers, b, slides, x)
-            drag = bars.widths[b] * bar_drag(bars, b, known, distance, material)
-            force = ((loads.tension + drag) / distance) * along
+        loads = bar_loads(law, bars, crossovers, b, slides, x)
+        distance = loads.distance
+        material = loads.material
+        if loads.holds:
+            line = loads.tension + bar_drag(bars, b, known, distance, material)
+            force = (bars.widths[b] * line / distance) * along
             wp.atomic_add(f, ends[0], force)
             wp.atomic_sub(f, ends[1], force)
-        kept[b] = bar_after_step(bars, b, known, distance, material, holds)
+        kept[b] = bar_after_step(bars, b, known, distance, material, loads.holds)
 
     @wp.kernel(module="unique", enable_backward=False)
     def measure_bars(
@@ -133,10 +130,11 @@ def make_bar_kernels(bar_loads, bar_energy, Tension):
         """
         b = wp.tid()
         loads = bar_loads(law, bars, crossovers, b, slides, x)
-        line_tension[b] = loads.tension / bars.widths[b]
-        energy[b] = bar_energy(law, bars, crossovers, b, slides, x)
+        line_tension[b] = loads.tension
+        energy[b] = wp.float64(0.0)
         strain[b] = wp.float64(0.0)
-        if bar_holds(bars, crossovers, b, slides):
+        if loads.holds:
+            energy[b] = bar_energy(law, bars, crossovers, b, slides, x)
             strain[b] = bar_strain(bars, b, slides, x)
 
     return add_bar_forces, measure_bars

@@ -31,7 +31,9 @@ def _test_lines(test: Test) -> list[str]:
     count = len(test.specimens)
     head = f"{test.name}: {test.about.words}, {count} specimen{'s' if count != 1 else ''}"
     values = ", ".join(
-        f"{key} {value}" for key, value in test.given.items() if key not in ("kind", "files")
+        f"{key} {value}"
+        for key, value in test.given.items()
+        if key not in ("kind", "files", "weight")
     )
     lines = [head + (f"; {values}" if values else "")]
     said = ""
@@ -45,7 +47,8 @@ def _test_lines(test: Test) -> list[str]:
         if how.partition(": ")[2] != said:
             lines.append(_wrap("  ", how))
             said = how.partition(": ")[2]
-        lines.append(_wrap("    ", f"{specimen.name}: {rows} rows, {ranges}"))
+        weight = f", weight {specimen.weight:g}" if specimen.weight != 1.0 else ""
+        lines.append(_wrap("    ", f"{specimen.name}: {rows} rows, {ranges}{weight}"))
     return lines
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.dynamics.start_check import over_ply, points_between
+from warpdrape.contact.rims import over_ply
+from warpdrape.dynamics.start_check import points_between
 from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool

@@ -190,15 +190,11 @@ def _draw_section(axes: Axes, scene: Setup, axis: int) -> None:
                 LineCollection(list(1e3 * cut), colors=colour, linestyles=style, linewidths=width)
             )
     for ply in scene.plies:
+        low = 1e3 * (ply.z - 0.5 * ply.fabric.thickness)
+        high = low + 1e3 * ply.fabric.thickness
         for start, end in _spans(ply, axis, at):
-            low = 1e3 * (ply.z - 0.5 * ply.fabric.thickness)
-            axes.fill_between(
-                [1e3 * start, 1e3 * end],
-                low,
-                low + 1e3 * ply.fabric.thickness,
-                color=PLY_COLOUR,
-                linewidth=0.6,
-            )
+            across = [1e3 * start, 1e3 * end]
+            axes.fill_between(across, low, high, color=PLY_COLOUR, linewidth=0.6)
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     axes.tick_params(labelsize=7)

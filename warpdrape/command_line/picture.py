@@ -69,4 +69,5 @@ COMMAND = Command(
     words="draw a formed ply, coloured by shear or another field",
     act=_act,
     add_arguments=_add_arguments,
+    reads_runs=True,
 )

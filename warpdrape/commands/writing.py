@@ -7,19 +7,19 @@ import math
 import os
 import re
 import sys
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warpdrape.cad_file import is_cad
+from warpdrape.commands.new_blank import blank_of, checked_against
+from warpdrape.commands.new_mould import mould_of, sizes_of
 from warpdrape.commands.scene_draft import Draft
 from warpdrape.commands.scene_template import CLOSING, script_text
-from warpdrape.errors import InputError, positive
+from warpdrape.errors import InputError
 
 if TYPE_CHECKING:
-    from warpdrape.blanks.drawn import Drawn
     from warpdrape.tools.mould import Mould
 
 FABRIC = "carbon_interlock"
@@ -33,16 +33,6 @@ ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Figures that a mesh size may begin with."""
 HOLD = 1.5e3
 """Pressure of the blank holder [Pa]: about that of the bundled presses."""
-MARGIN = 10e-3
-"""How far a blank that is not given stays within the mould's border [m]."""
-FLAT, UNUSUAL = 1e-3, 0.01
-"""Height over width below which a mould has no shape, and share of its face that is worth a word
-if it is undercut or lies under something [-]."""
-LIKELY = (30e-3, 5.0)
-"""Widths between which a mould's unit is not doubted [m]."""
-FEWEST = 1.0 / 3.0
-"""Size of a blank over the mould's shape below which one of them has another unit [-]."""
-_SIZE = re.compile(r"\s*([\d.]+)\s*[x×]\s*([\d.]+)\s*(mm|cm|m)\s*")
 _FORCE = re.compile(r"\s*([\d.eE+]+)\s*(k?N)?\s*")
 
 
@@ -96,7 +86,7 @@ def _ask(arguments: argparse.Namespace) -> None:
         if getattr(arguments, option) is not None:
             continue
         if option == "units":
-            print(f"{arguments.mould} is {_sizes(arguments.mould)}, and states no unit.")
+            print(f"{arguments.mould} is {sizes_of(arguments.mould)}, and states no unit.")
         answer = input(f"{question}: ").strip()
         if answer or option == "units":
             setattr(arguments, option, answer or "mm")
@@ -110,14 +100,14 @@ def _draft(arguments: argparse.Namespace, path: Path) -> tuple[Draft, list[str]]
     fabric, own = load_fabric(name), Path(name).is_file()
     angles = _angles(arguments.angles or "0")
     tolerance = 0.1 * fabric.thickness
-    mould, told = _mould(arguments, tolerance)
-    drawn, sizes, centred, more = _blank(arguments, mould)
+    mould, told = mould_of(arguments, tolerance)
+    drawn, sizes, centred, more = blank_of(arguments, mould)
     told += more
     if drawn is not None:
         low, high = np.reshape(drawn.bounds, (2, 2))
         sizes = (float(high[0] - low[0]), float(high[1] - low[1]))
     if arguments.blank:
-        told += _checked_against(mould, sizes)
+        told += checked_against(mould, sizes)
     thickness = len(angles) * fabric.thickness
     force, words = _force(arguments.holder, mould, thickness)
     told += words
@@ -167,136 +157,6 @@ def _angles(text: str) -> list[float]:
     if not angles or not all(-360.0 <= angle <= 360.0 for angle in angles):
         raise InputError(f"--angles {text} must be degrees with commas, such as 0,45,90")
     return angles
-
-
-def _mould(arguments: argparse.Namespace, tolerance: float) -> tuple[Mould, list[str]]:
-    from warpdrape.tools.mould import Mould
-    from warpdrape.tools.shaped import double_dome_cavity
-    from warpdrape.tools.tool import Tool
-    from warpdrape.wording import size
-
-    if not arguments.mould:
-        cavity = double_dome_cavity(
-            0.05, 0.12, 0.04, depth=0.06, edge_radius=0.01, outer_radius=0.2, facet=4e-3
-        )
-        words = "No mould was given: a double dome stands in for it; --mould FILE takes yours."
-        return Mould.of(Tool(name="mould", surface=cavity)), [words]
-    file, cad = arguments.mould, is_cad(arguments.mould)
-    if not cad and arguments.units is None:
-        raise InputError(
-            f"{file} is {_sizes(file)}, and states no unit: give --units, as in --units mm"
-        )
-    drawing = (arguments.blank or "").lower().endswith(".dxf")
-    mould = Mould.from_file(
-        file,
-        units=None if cad and drawing else arguments.units,  # which are the drawing's then
-        tolerance=tolerance if cad else None,
-        kind=arguments.kind,
-        up=arguments.up,
-    )
-    states = f"states its unit, {mould.unit}" if cad else f"counts in {mould.unit}"
-    rim = f"a flat rim at z {1e3 * mould.face.level:.4g} mm" if mould.has_rim else "no flat rim"
-    told = [
-        f"Mould: {file} {states}: a {mould.kind} mould with {rim}, "
-        f"{size(mould.tool.vertices)}, {len(mould.tool.triangles):,} facets"
-    ]
-    return mould, told + _doubts(mould, arguments.kind)
-
-
-def _doubts(mould: Mould, kind: str | None) -> list[str]:
-    """What of a mould may not be what its owner meant.
-
-    Raises:
-        InputError: if what faces up has no shape.
-    """
-    face, sizes = mould.face, np.ptp(mould.tool.vertices, axis=0)
-    width, height = float(sizes[:2].max()), float(sizes[2])
-    if height < FLAT * width:
-        raise InputError(
-            f"what faces up of the mould is flat, {1e3 * height:.2g} mm high: it may lie upside "
-            "down; give another --up, such as --up=-z"
-        )
-    told = []
-    if not LIKELY[0] <= width <= LIKELY[1]:
-        told.append(f"It is {1e3 * width:.4g} mm across: look whether {mould.unit} is its unit.")
-    if face.hidden > UNUSUAL:
-        told.append(
-            f"{100 * face.hidden:.0f} % of what faces up lies under something else, and is left "
-            "out: is it the right way --up?"
-        )
-    if face.undercut > UNUSUAL:
-        told.append(
-            f"{100 * face.undercut:.0f} % of it is undercut, looks down, and is left out: no tool "
-            "that comes from above reaches it, and no part comes off."
-        )
-    looks = "female" if face.hollow else "male"
-    if kind is not None and kind != looks:
-        told.append(f"It looks like a {looks} mould; {kind} was asked for.")
-    return told
-
-
-def _sizes(file: str) -> str:
-    """Sizes of a mesh file in its own unit, in words."""
-    from warpdrape.tools.tool_mesh import read_facets
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        points = np.asarray(read_facets("mould", file, 1.0).vertices)
-    return " × ".join(f"{length:.4g}" for length in np.ptp(points, axis=0))
-
-
-def _blank(
-    arguments: argparse.Namespace, mould: Mould
-) -> tuple[Drawn | None, tuple[float, float], bool, list[str]]:
-    """The drawing, or the sizes of a rectangle [m]; whether it is moved; what is to be said."""
-    import shapely
-
-    low, high = np.reshape(mould.face.outer.bounds, (2, 2))
-    if not arguments.blank:
-        x, y = (max(float(side) - 2.0 * MARGIN, 0.5 * float(side)) for side in high - low)
-        sizes = (1e-3 * round(1e3 * x), 1e-3 * round(1e3 * y))
-        words = f"No blank was given: {1e3 * sizes[0]:g} × {1e3 * sizes[1]:g} mm, within the mould."
-        return None, sizes, False, [words]
-    if found := _SIZE.fullmatch(arguments.blank):
-        factor = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[found[3]]
-        x, y = (positive("--blank", float(found[k]) * factor, unit="m") for k in (1, 2))
-        return None, (x, y), False, []
-    from warpdrape.blanks.drawn import read_outline
-    from warpdrape.blanks.dxf_curves import states_unit
-
-    if not arguments.blank.lower().endswith(".dxf"):
-        raise InputError(f"--blank {arguments.blank} must be a .dxf, or a size such as 300x200mm")
-    unit = None if states_unit(Path(arguments.blank)) else arguments.units or None
-    drawn = read_outline(arguments.blank, layer=arguments.layer, unit=unit)
-    polygon = shapely.Polygon(drawn.polygon.points)
-    centred = not polygon.contains(mould.face.outline.buffer(-1e-3))
-    states = f"states its unit, {drawn.unit}" if drawn.states_unit else f"counts in {drawn.unit}"
-    told = [f"Blank: {arguments.blank} {states}"]
-    if drawn.polygon.holes:
-        count = len(drawn.polygon.holes)
-        told[0] += f", with {count} hole{'s' if count > 1 else ''}"
-    if drawn.welded > 1e-9:
-        told[0] += f", gaps up to {1e3 * drawn.welded:.2g} mm welded"
-    if centred:
-        told[0] += "; drawn elsewhere, it is laid with its middle over the mould's"
-    return drawn, (0.0, 0.0), centred, told
-
-
-def _checked_against(mould: Mould, sizes: tuple[float, float]) -> list[str]:
-    """Refuse a blank of another unit than the mould; say where it is too small."""
-    low, high = np.reshape(mould.face.outline.bounds, (2, 2))
-    shape = high - low
-    if max(sizes) < FEWEST * max(shape) or min(sizes) > max(shape) / FEWEST**3:
-        raise InputError(
-            f"the blank of {1e3 * sizes[0]:.4g} × {1e3 * sizes[1]:.4g} mm does not go with the "
-            f"mould's shape of {1e3 * shape[0]:.4g} × {1e3 * shape[1]:.4g} mm: look at the units"
-        )
-    if (np.array(sizes) < shape).any():
-        return [
-            f"The blank of {1e3 * sizes[0]:.4g} × {1e3 * sizes[1]:.4g} mm does not cover the "
-            f"mould's shape of {1e3 * shape[0]:.4g} × {1e3 * shape[1]:.4g} mm."
-        ]
-    return []
 
 
 def _force(text: str | None, mould: Mould, thickness: float) -> tuple[float, list[str]]:

@@ -1,7 +1,8 @@
 """Where a tool is finer than the plies' meshes, so that it could pass between their vertices.
 
-Such features are its sharp edges, and what bends round by more than a right angle within a
-triangle's side: pins, tips, blades. They are points here, dense against the plies' triangles.
+Such features are its sharp edges, what bends round by more than a right angle within a triangle's
+side (pins, tips, blades), and the rims of open surfaces that plies may bend over. They are points
+here, dense against the plies' triangles.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.adjacency import across_edges
+from warpdrape.contact.rims import exposed_rims
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
 
@@ -36,10 +38,24 @@ DIRECTIONS = 2.0
 
 def points_of(scene: Setup) -> list[np.ndarray]:
     """Points [m] of each tool that the plies' vertices could miss, shape [n, 3] each."""
+    _, fine = _sides(scene)
+    found = []
+    for tool, points in zip(scene.tools, finer_points(scene), strict=True):
+        on_rims = along(exposed_rims(tool, scene), SPACING * fine)
+        found.append(_thinned(np.vstack([points, on_rims]), fine))
+    return found
+
+
+def finer_points(scene: Setup) -> list[np.ndarray]:
+    """Those of `points_of` that are not on rims: where the tools stick out."""
+    return [feature_points(tool, *_sides(scene)) for tool in scene.tools]
+
+
+def _sides(scene: Setup) -> tuple[float, float]:
+    """Longest side of all triangles, and usual one of the finest ply [m]."""
     sides = [longest_sides(ply.rest_points, ply.mesh.triangles) for ply in scene.plies]
     coarse = max(float(of_ply.max()) for of_ply in sides)
-    fine = min(float(np.median(of_ply)) for of_ply in sides)
-    return [feature_points(tool, coarse, fine) for tool in scene.tools]
+    return coarse, min(float(np.median(of_ply)) for of_ply in sides)
 
 
 def has_features(scene: Setup) -> bool:
@@ -62,7 +78,11 @@ def feature_points(tool: Tool, coarse: float, fine: float) -> np.ndarray:
     edges, sharp, bent = _outer_edges(tool, coarse)
     bent &= _turns_round(tool, edges, bent & ~sharp, coarse)
     on_edges = along(tool.vertices[edges[sharp | bent]], SPACING * fine)
-    points = np.vstack([on_edges, _tips(tool)])
+    return _thinned(np.vstack([on_edges, _tips(tool)]), fine)
+
+
+def _thinned(points: np.ndarray, fine: float) -> np.ndarray:
+    """One of all points [m] that are the same but for a grain."""
     return points[_first_of_each(np.round(points / (GRAIN * fine)))]
 
 

@@ -109,6 +109,11 @@ def process_rate(
     return pace * (angle(times + INSTANT) - angle(times - INSTANT)) / (2.0 * INSTANT)
 
 
+STABILISER = 1.0
+"""κ of a coupon's pairs [-], on any mesh: shear jumps from zone to zone there, for which pairs want
+to be free in strain, and no compression drives their free mode."""
+
+
 def coupon_numerics(averaging: str, damping: float) -> Numerics:
     """Numerics of a coupon without contacts: no search slows its frames.
 
@@ -116,7 +121,7 @@ def coupon_numerics(averaging: str, damping: float) -> Numerics:
         averaging: "pairs" or "plain".
         damping: mass-proportional rate [1/s].
     """
-    return Numerics(averaging=averaging, damping=damping)
+    return Numerics(averaging=averaging, damping=damping, stabiliser=STABILISER)
 
 
 @dataclass(frozen=True)

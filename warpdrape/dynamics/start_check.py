@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpdrape.blanks.one_sheet import check_one_sheet
-from warpdrape.blanks.outlines import enclosed
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import longest_sides
-from warpdrape.contact.features import points_of
+from warpdrape.contact.features import finer_points
+from warpdrape.contact.rims import over_ply, rims_hold
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.stepping import Stepper, search_contacts
@@ -46,21 +46,22 @@ def check_tools(scene: Setup) -> None:
     Raises:
         InputError: naming tool and ply, and how far to move the tool.
     """
-    for tool, features in zip(scene.tools, points_of(scene), strict=True):
+    for tool, finer in zip(scene.tools, finer_points(scene), strict=True):
         points = tool.pose(0.0).place(tool.vertices)
         for ply in scene.plies:
             _refuse_crossing(tool, points, ply)
             _refuse_enclosing(tool, points, ply)
         _refuse_facing_away(tool, points, scene.plies)
-        for ply in scene.plies if len(features) == 0 else ():
+        unfelt = len(finer) == 0 and not rims_hold(tool, scene)
+        for ply in scene.plies if unfelt else ():
             _refuse_finer(tool, points, ply)
 
 
 def _refuse_finer(tool: Tool, points: np.ndarray, ply: Ply) -> None:
     """Raise `InputError` for a narrow surface that would pass between the vertices of a ply unfelt.
 
-    Nothing of it sticks out, so that it has no features; its second longest principal dimension is
-    what the vertices must not miss.
+    Nothing of it sticks out, and rims that would be felt turn away; its second longest principal
+    dimension is what the vertices must not miss.
     """
     middle = tool.vertices.mean(axis=0)
     axes = np.linalg.svd(tool.vertices - middle, full_matrices=False)[2]
@@ -257,16 +258,6 @@ def points_between(corners: np.ndarray, low: float, high: float) -> np.ndarray:
     used = np.where(part[:, :, None, None], points, 0.0)
     middles = used.sum(axis=(1, 2))[count > 0] / count[count > 0, None]
     return np.concatenate([points[part].reshape(-1, 3), middles])
-
-
-def over_ply(ply: Ply, points: np.ndarray) -> np.ndarray:
-    """Whether points [n, 3] lie over or under the ply's area, shape [n]."""
-    flat = np.asarray(ply.mesh.vertices)
-    near = ((points[:, :2] >= flat.min(axis=0)) & (points[:, :2] <= flat.max(axis=0))).all(axis=1)
-    found = np.zeros(len(points), dtype=bool)
-    if near.any():
-        found[near] = enclosed(points[near, :2], flat[np.asarray(ply.mesh.boundary_edges)])
-    return found
 
 
 def _refuse_enclosing(tool: Tool, points: np.ndarray, ply: Ply) -> None:

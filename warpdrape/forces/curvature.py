@@ -92,13 +92,7 @@ def curvature_operator(
     across, along = vertex_gradients(points, triangles)
     free = sparse.diags((held < 0).astype(float))
     fits = [free @ gradient for gradient in (across, along)]
-    fixed = np.flatnonzero(held >= 0)
-    ends = [
-        sparse.csr_matrix(
-            (np.ones(len(fixed)), (fixed, 2 * held[fixed] + axis)), shape=(n, 2 * clamps)
-        )
-        for axis in (0, 1)
-    ]
+    ends = _held_ends(held, clamps)
     areas = _areas(points, triangles)
     rows = [sparse.csr_matrix((m, n)) for _ in range(3)]
     slopes = [sparse.csr_matrix((m, 2 * clamps)) for _ in range(3)]
@@ -120,6 +114,17 @@ def curvature_operator(
                 rows[number] = rows[number] + share @ fits[axis]
                 slopes[number] = slopes[number] + share @ ends[axis]
     return CurvatureOperator(_interleaved(rows), _interleaved(slopes), areas)
+
+
+def _held_ends(held: np.ndarray, clamps: int) -> list[sparse.csr_matrix]:
+    """Columns of clamps' matrices ↦ ∂/∂X and ∂/∂Y at vertices, each shape [vertex, 2 · clamp]."""
+    fixed = np.flatnonzero(held >= 0)
+    return [
+        sparse.csr_matrix(
+            (np.ones(len(fixed)), (fixed, 2 * held[fixed] + axis)), shape=(len(held), 2 * clamps)
+        )
+        for axis in (0, 1)
+    ]
 
 
 def vertex_gradients(

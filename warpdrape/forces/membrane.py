@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,28 +13,25 @@ import warp as wp
 from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
+from warpdrape.forces.membrane_stiffness import (
+    sheet_stiffness,
+    stabiliser_stiffness,
+    yarn_viscosity,
+)
 from warpdrape.forces.pairs import arrange_pairs
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
 from warpdrape.kernels.forces import sheet
 from warpdrape.kernels.forces.pairs import PairMemory, TwoPairs, make_pair_forces
-from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_data import (
-    initial_shear_stiffness,
     membrane_functions,
-    shear_stiffness,
     shear_struct,
-    tension_stiffness,
     tension_struct,
 )
 from warpdrape.materials.laws import IsotropicMembrane, MooneyRivlin, Unwoven
 from warpdrape.materials.softening import soften, softening_entries, softening_warnings
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
-
-SHEAR_RANGE = math.radians(75.0)
-"""Shear angle up to which the stable step covers the shear law [rad], past any locking."""
-
 
 _SHEETS = {
     IsotropicMembrane: (sheet.add_isotropic_forces, sheet.measure_isotropic),
@@ -226,49 +222,6 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     )
 
 
-def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
-    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m].
-
-    With what the yarns' viscosity takes of the step: c = ν Δt k acts on the velocity half a step
-    back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4.
-    """
-    fabric = ply.fabric
-    if isinstance(fabric.tension, MooneyRivlin):
-        stiffness = fabric.tension.stiffest * fabric.thickness
-        return (stiffness, stiffness), 0.0
-    if isinstance(fabric.tension, IsotropicMembrane):
-        sheet = fabric.tension
-        stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
-        return (stiffness, stiffness), stiffness
-    shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
-    yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
-    stabiliser = stabiliser_stiffness(fabric, numerics)
-    drag = yarn_viscosity(fabric, numerics)
-    warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
-    return (warp, weft), shear
-
-
-def stabiliser_stiffness(fabric: Fabric, numerics: Numerics) -> float:
-    """κ C'(0) [N/m], with its floor for fabrics that hardly shear-stiffen."""
-    floor = numerics.stabiliser_floor * max(tension_stiffness(fabric))
-    return max(numerics.stabiliser * initial_shear_stiffness(fabric), floor)
-
-
-def yarn_viscosity(fabric: Fabric, numerics: Numerics) -> tuple[float, float]:
-    """Line tension of warp and weft per change of their strain in a step [N/m].
-
-    A share of their stiffness in tension; none where tension and compression are alike, since it is
-    the corner between them that makes central differences unstable.
-    """
-    if isinstance(fabric.tension, Unwoven):
-        return 0.0, 0.0
-    yarns = soften(fabric, numerics.yarn_softening)
-    if yarns.compressive_factor >= 1.0:
-        return 0.0, 0.0
-    warp, weft = tension_stiffness(yarns)
-    return numerics.yarn_viscosity * warp, numerics.yarn_viscosity * weft
-
-
 def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Membrane:
     """Put a ply's triangles on a device.
 
@@ -322,7 +275,7 @@ def _yarn_launches(
     laws = [
         tension_struct(soften(fabric, numerics.yarn_softening), device),
         shear_struct(fabric, device),
-        stabiliser_stiffness(fabric, numerics),
+        stabiliser_stiffness(fabric, numerics, len(areas)),
         fabric.yarn_angle,
     ]
     offsets, members, pairs = _patches(ply, numerics)

@@ -15,9 +15,11 @@ from warpdrape.errors import InputError
 from warpdrape.forces.membrane import yarn_viscosity
 from warpdrape.forces.yarns import net_of
 from warpdrape.interaction import Span
-from warpdrape.kernels.forces.bar_loads import make_bar_loads
+from warpdrape.kernels.forces.bar_loads import make_coupled_loads, make_lone_loads
 from warpdrape.kernels.forces.slid_laws import (
     crimp_press,
+    linear_own_energy,
+    linear_own_loads,
     make_no_press,
     make_slid_law,
     slid_crimp_energy,
@@ -88,13 +90,15 @@ def kernels_of(ply: Ply) -> ChainKernels:
 
 @functools.cache
 def _made(tension, tension_energy, Tension) -> ChainKernels:
-    coupled = Tension is not LinearStruct
-    if Tension is CrimpStruct:
-        slid, press = (slid_crimp_loads, slid_crimp_energy), crimp_press
+    press = make_no_press(Tension)
+    if Tension is LinearStruct:
+        loads, energy = make_lone_loads(linear_own_loads, linear_own_energy, Tension)
+    elif Tension is CrimpStruct:
+        loads, energy = make_coupled_loads(slid_crimp_loads, slid_crimp_energy, Tension)
+        press = crimp_press
     else:
-        slid = make_slid_law(tension, tension_energy, Tension, coupled)
-        press = make_no_press(Tension)
-    loads, energy = make_bar_loads(*slid, Tension, coupled)
+        slid = make_slid_law(tension, tension_energy, Tension)
+        loads, energy = make_coupled_loads(*slid, Tension)
     pull, measure_bars = make_bar_kernels(loads, energy, Tension)
     slide, measure_slides = make_slide_kernels(loads, press, Tension)
     return ChainKernels(pull, slide, measure_bars, measure_slides)

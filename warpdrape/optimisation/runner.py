@@ -10,7 +10,7 @@ from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.book import Book, Trial
 from warpdrape.studies.measures import FIT, fit_of, measure_run
 from warpdrape.studies.one_run import COMPLETED, Job
-from warpdrape.studies.running import Cost, job_of
+from warpdrape.studies.running import job_of
 
 Do = Callable[[Sequence[Job]], Any]
 """Does runs, and gives how each ended as they end."""
@@ -29,7 +29,6 @@ class Runner:
         self.outcomes: dict[int, Mapping[str, Any]] = dict(
             book.folder.ended(trial.number for trial in book.trials)
         )
-        self.cost = Cost()
         self._scores: dict[int, Score] = {}
         self._work: dict[int, float] = {}
 
@@ -45,7 +44,6 @@ class Runner:
             return
         for outcome in self._do(jobs):
             self.outcomes[outcome["run"]] = outcome
-            self.cost.add(outcome)
 
     def score(self, trial: Trial) -> Score:
         """What a run that has ended is worth."""

@@ -36,13 +36,13 @@ def mean_while_loaded(history: Mapping[str, np.ndarray], name: str) -> float:
 
 
 def was_loaded(history: Mapping[str, np.ndarray], reference: float) -> bool:
-    """Whether the plies ever stored energy to speak of.
+    """Whether deforming the plies ever took energy to speak of.
 
     Args:
         history: columns over the frames.
         reference: what they store when hardly loaded [J], from `loading.reference_energy`.
     """
-    return bool(history["internal_j"].max() > LEAST_LOADED * reference)
+    return bool(taken(history).max() > LEAST_LOADED * reference)
 
 
 def quasi_static(history: Mapping[str, np.ndarray]) -> tuple[float, float, bool]:

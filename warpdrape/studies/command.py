@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from warpdrape.studies.parameters import exact
 from warpdrape.studies.study import Study
 from warpdrape.studies.study_file import read_study
 from warpdrape.studies.table import Table
+
+if TYPE_CHECKING:
+    from warpdrape.studies.running import Cost
 
 SHOWN = 3
 """Runs at each end of a plan that are shown."""
@@ -75,14 +78,21 @@ def _run(
     table, files = write_report(asked, folder, rows, outcomes)
     print(study_text(asked, table, files))
     if cost is not None and cost.runs_s > 0.0:
-        share = 100.0 * cost.beyond_s / cost.runs_s
-        print(
-            f"processor time: {in_words(cost.runs_s)} in runs, {in_words(cost.beyond_s)} "
-            f"({share:.1f} %) for start and order, the report apart"
-        )
+        print(cost_text(cost))
     if not cut_off and not table.completed.any():
         return "no run completed; table.csv says why of each"
     return cut_off
+
+
+def cost_text(cost: Cost) -> str:
+    """What a study took beyond its runs: to start the workers, once, and to keep them at it."""
+    words = [
+        f"{in_words(seconds)} ({100.0 * seconds / cost.runs_s:.1f} %) {what}"
+        for seconds, what in ((cost.start_s, "to start"), (cost.order_s, "for order"))
+    ]
+    return (
+        f"processor time: {in_words(cost.runs_s)} in runs, {' and '.join(words)}, the report apart"
+    )
 
 
 def plan_text(asked: Study, rows: Sequence[Row]) -> str:

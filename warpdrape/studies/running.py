@@ -40,13 +40,17 @@ class Cost:
 
     Attributes:
         runs_s: in runs [s].
-        own_s: of this process [s].
+        own_start_s: of this process until workers were there [s].
+        own_s: of this process in all [s].
         workers: processor time of each worker's process when its last run ended [s].
+        starts: likewise when its first one began: Python, libraries and kernels are loaded by then.
     """
 
     runs_s: float = 0.0
+    own_start_s: float = 0.0
     own_s: float = 0.0
     workers: dict[tuple[str, int], float] = field(default_factory=dict)
+    starts: dict[tuple[str, int], float] = field(default_factory=dict)
 
     def add(self, outcome: Mapping[str, Any]) -> None:
         """Take note of a run."""
@@ -54,12 +58,21 @@ class Cost:
             return
         self.runs_s += outcome["cpu_s"]
         who = (outcome["host"], outcome["process"])
-        self.workers[who] = max(self.workers.get(who, 0.0), outcome["worker_cpu_s"])
+        ended = outcome["worker_cpu_s"]
+        begun = ended - outcome["cpu_s"]
+        self.workers[who] = max(self.workers.get(who, 0.0), ended)
+        self.starts[who] = min(self.starts.get(who, begun), begun)
 
     @property
-    def beyond_s(self) -> float:
-        """Processor time of workers and this process that no run took [s]."""
-        return max(sum(self.workers.values()) - self.runs_s, 0.0) + self.own_s
+    def start_s(self) -> float:
+        """Processor time until runs could begin, once for each worker and this process [s]."""
+        return sum(self.starts.values()) + self.own_start_s
+
+    @property
+    def order_s(self) -> float:
+        """Processor time beside the runs that no start took [s]: what grows with their number."""
+        beside = sum(self.workers.values()) - sum(self.starts.values()) - self.runs_s
+        return max(beside, 0.0) + self.own_s - self.own_start_s
 
 
 def jobs_of(study: Study, folder: StudyFolder, rows: Sequence[Row]) -> list[Job]:
@@ -150,6 +163,7 @@ def run_study(
         progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
     before = time.process_time()
     with connected(scheduler, workers) as client, closing(progress):
+        cost.own_start_s = time.process_time() - before
         for outcome in as_they_end(client, jobs, folder, progress.say):
             outcomes[outcome["run"]] = outcome
             cost.add(outcome)

@@ -1,0 +1,81 @@
+"""How stiff a woven ply's membrane is at most, and what its pairs have beside yarns and shear."""
+
+from __future__ import annotations
+
+import math
+
+from warpdrape.blanks.ply import Ply
+from warpdrape.materials.fabric import Fabric
+from warpdrape.materials.law_data import (
+    initial_shear_stiffness,
+    shear_stiffness,
+    tension_stiffness,
+)
+from warpdrape.materials.laws import IsotropicMembrane, MooneyRivlin, Unwoven
+from warpdrape.materials.softening import soften
+from warpdrape.numerics import Numerics
+
+FREE = 320
+"""Triangles of a ply up to which the stabiliser is the fabric's own shear stiffness."""
+STIFFEST = 1e-3
+"""Most that a stabiliser grown with the mesh has of the yarns' stiffness [-]: far below what locks
+yarns, and of the stable step hardly anything."""
+SHEAR_RANGE = math.radians(75.0)
+"""Shear angle up to which the stable step covers the shear law [rad], past any locking."""
+
+
+def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:
+    """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m].
+
+    With what the yarns' viscosity takes of the step: c = ν Δt k acts on the velocity half a step
+    back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4.
+    """
+    fabric = ply.fabric
+    if isinstance(fabric.tension, MooneyRivlin):
+        stiffness = fabric.tension.stiffest * fabric.thickness
+        return (stiffness, stiffness), 0.0
+    if isinstance(fabric.tension, IsotropicMembrane):
+        sheet = fabric.tension
+        stiffness = sheet.stiffness / (1.0 - sheet.poisson**2)
+        return (stiffness, stiffness), stiffness
+    shear = shear_stiffness(fabric, SHEAR_RANGE) / math.cos(SHEAR_RANGE) ** 2
+    yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
+    stabiliser = stabiliser_stiffness(fabric, numerics, len(ply.mesh.triangles))
+    drag = yarn_viscosity(fabric, numerics)
+    warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
+    return (warp, weft), shear
+
+
+def stabiliser_stiffness(fabric: Fabric, numerics: Numerics, triangles: int = 0) -> float:
+    """κ C'(0) [N/m], with its floor for fabrics that hardly shear-stiffen.
+
+    It alone holds a pair's free mode, which compression along a flange's side drives: a zigzag of
+    the rim that runs into the ply over some h √κ. So where no κ is given it grows with the number
+    of triangles, as 1/h²: then that zone is as wide on any mesh.
+
+    Args:
+        fabric: the fabric.
+        numerics: κ and its floor.
+        triangles: of the ply.
+    """
+    shear, yarns = initial_shear_stiffness(fabric), max(tension_stiffness(fabric))
+    if numerics.stabiliser is None:
+        wanted = max(shear, min(shear * triangles / FREE, STIFFEST * yarns))
+    else:
+        wanted = numerics.stabiliser * shear
+    return max(wanted, numerics.stabiliser_floor * yarns)
+
+
+def yarn_viscosity(fabric: Fabric, numerics: Numerics) -> tuple[float, float]:
+    """Line tension of warp and weft per change of their strain in a step [N/m].
+
+    A share of their stiffness in tension; none where tension and compression are alike, since it is
+    the corner between them that makes central differences unstable.
+    """
+    if isinstance(fabric.tension, Unwoven):
+        return 0.0, 0.0
+    yarns = soften(fabric, numerics.yarn_softening)
+    if yarns.compressive_factor >= 1.0:
+        return 0.0, 0.0
+    warp, weft = tension_stiffness(yarns)
+    return numerics.yarn_viscosity * warp, numerics.yarn_viscosity * weft
