@@ -157,6 +157,15 @@ def test_a_holder_s_flange_is_in_the_summary_but_not_in_the_words():
     assert "if filled" not in defect_lines([ply])[0]
 
 
+def test_the_edge_of_an_open_die_is_in_the_summary_but_not_in_the_words():
+    """Where a punch passes it, some per cent of the ply are between two tools that are no mould."""
+    (ply,) = entries(plates(), [0.3e-3])
+    (cavity,) = ply["defects"]["cavities"]
+    for share, told in ((0.04, False), (0.099, False), (0.1, True)):
+        cavity["area_share"] = share
+        assert ("if filled" in defect_lines([ply])[0]) == told
+
+
 def test_the_words_tell_room_and_fibres():
     plies = entries(plates(), [0.3e-3])
     (line,) = defect_lines(plies)

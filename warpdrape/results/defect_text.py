@@ -12,6 +12,9 @@ from warpdrape.results.judgement import judge, verdict
 
 WIDTH = 96
 """Columns after which a line is folded."""
+OF_A_MOULD = 0.1
+"""Share of a ply from which on the room between two tools is told [-]: less, as where a punch
+passes the edge of an open die, is no mould."""
 
 
 def defect_lines(plies: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -66,7 +69,7 @@ def _cavities(cavities: Sequence[Mapping[str, Any]]) -> list[str]:
     """What is between two tools, filled; a holder on its flange is no mould."""
     found = []
     for cavity in cavities:
-        if cavity["under_force"]:
+        if cavity["under_force"] or cavity["area_share"] < OF_A_MOULD:
             continue
         thick, volume = cavity["thickness_m"], cavity["fibre_volume_fraction"]
         words = f"between {' and '.join(cavity['tools'])} on {100 * cavity['area_share']:.3g} %: "
