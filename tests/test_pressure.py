@@ -153,3 +153,20 @@ def test_a_single_ply_without_tools_has_none():
     result = Scene(name="alone", plies=[ply], duration=1e-4).run(frames=1)
     alone = result.ply("ply")
     assert alone.slip is None and alone.contact_pressure is None and alone.tool_pressure is None
+
+
+def test_normals_and_areas_of_vertices_are_those_of_their_triangles():
+    """Of each vertex: the sum of its triangles' normals by area, and thirds of their areas."""
+    random = np.random.default_rng(5)
+    mesh = Ply.rectangle("cloth", "carbon_interlock", 0.1, cells=3, mesh="random").mesh
+    triangles = np.asarray(mesh.triangles)
+    points = np.column_stack([mesh.vertices, np.zeros(len(mesh.vertices))])
+    points += 0.01 * random.standard_normal(points.shape)
+    normals, areas = vertex_shapes(points, triangles)
+    for vertex in range(len(points)):
+        round_it = triangles[(triangles == vertex).any(axis=1)]
+        a, b, c = (points[round_it[:, k]] for k in range(3))
+        faces = np.cross(b - a, c - a) / 2.0
+        total = faces.sum(axis=0)
+        np.testing.assert_allclose(normals[vertex], total / np.linalg.norm(total), atol=1e-12)
+        assert areas[vertex] == pytest.approx(np.linalg.norm(faces, axis=1).sum() / 3.0)

@@ -211,6 +211,7 @@ def test_parts_have_apart_what_several_of_them_write():
         "memory.3.deepest": Across.LARGEST,
         "memory.3.jump": Across.LARGEST,
         "memory.4.deepest": Across.LARGEST,
+        "memory.4.fastest": Across.LARGEST,
     }
     theirs = {name: array for name, array, _ in all_arrays(with_own(state))}
     for name, array, across in all_arrays(state):

@@ -9,6 +9,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.smoothing import Smoothing
 from warpdrape.defects.thresholds import DefectThresholds
+from warpdrape.defects.waves import find_waves
 from warpdrape.defects.wrinkles import WrinkleSearch
 from warpdrape.tools.pose import shifted
 from warpdrape.tools.tool import Tool
@@ -237,3 +238,18 @@ def test_the_filter_has_its_transfer_and_leaves_planes_alone():
         expected = 1.0 / (1.0 + (wavelength / 0.08) ** 4)
         assert share == pytest.approx(expected, rel=0.02)
         assert smoothing.gain(np.array([2.0 * np.pi / wavelength])) == pytest.approx(expected)
+
+
+def test_waves_are_as_high_and_long_whichever_way_they_run():
+    """A slope at a vertex is a mean over its triangles, which takes (kh)²/6 of it, a tenth."""
+    smoothing = Smoothing(search(cells=60).mesh, 0.08)
+    points = np.asarray(smoothing.mesh.vertices)
+    middle = (np.abs(points) < 0.05).all(axis=1)
+    none = np.zeros((len(points), 3))
+    for angle in (0.0, 40.0, 90.0):
+        wave = waves(points, 0.04, angle)
+        found = find_waves(smoothing, wave, none)
+        number = found.wave_number[middle]
+        assert number.mean() == pytest.approx(2.0 * np.pi / 0.04, rel=0.02)
+        height = np.hypot(wave, found.slope / found.wave_number)[middle]
+        assert height == pytest.approx(1.0, abs=0.11)
