@@ -160,10 +160,12 @@ def plane_on_side(
     side_now = wp.where(across == 1, -side, side)
     plane = plane_of(facets, nearest, side_now, thickness, x, normals, hollows)
     far = plane.beyond > 0 and plane.height < -thickness
-    new = before == 2 and plane.beyond == 0 and plane.height < -wp.float64(0.5) * thickness
+    new = before == 2 and plane.beyond == 0 and plane.height < wp.float64(0.0)
     if far or new:
         across = 1 - across
         plane = plane_of(facets, nearest, -side_now, thickness, x, normals, hollows)
+    if before == 2 and plane.beyond == 1 and plane.gap < -wp.float64(0.5) * thickness:
+        plane.beyond = 2  # not from nothing to one and a half thicknesses deep
     plane.across = wp.where(plane.beyond == 2, 2, across)
     return plane
 

@@ -99,23 +99,26 @@ def _between_vertices(held: _Held) -> Squeeze | None:
 def _at_features(
     held: _Held, contact: FeatureContact, memory: FeatureContactMemory
 ) -> Squeeze | None:
-    """Between a feature of a tool and another that presses a corner of the triangle it meets."""
+    """Between a feature of a tool and another that presses corners of the triangle it meets."""
     pressing = np.flatnonzero(memory.stored.numpy() > 0.0)
+    if not len(pressing):
+        return None
     kept, gap = memory.contacts.numpy()[pressing], memory.seen.numpy()["gap"][pressing]
     own = contact.features.tools.numpy()[pressing % contact.count]
+    vertices, weights = np.stack([kept[corner] for corner in "abc"], axis=1), kept["weights"]
+    nearest = vertices[np.arange(len(kept)), weights.argmax(axis=1)]
     worst, found = 0.0, None
     for other in range(len(held.pressed)):
-        for corner in "abc":
-            vertex = kept[corner]
-            # The feature's own normal, towards the ply, is the contact's turned round.
-            against = (held.normals[other, vertex] * kept["normal"]).sum(axis=1) > -OPPOSED
-            against &= held.pressed[other, vertex] & (own != other)
-            depth = np.maximum(-gap, 0.0) + held.depth[other, vertex] - held.rooms[vertex]
-            share = np.where(against, depth / held.thickness[vertex], 0.0)
-            k = int(np.argmax(share)) if len(share) else -1
-            if k >= 0 and share[k] > worst:
-                worst = float(share[k])
-                tools = (min(int(own[k]), other), max(int(own[k]), other))
-                thickness = float(held.thickness[vertex[k]])
-                found = Squeeze(int(vertex[k]), tools, float(depth[k]), thickness)
+        # The feature's own normal, towards the ply, is the contact's turned round.
+        along = np.einsum("ncd,nd->nc", held.normals[other, vertices], kept["normal"])
+        against = (along > -OPPOSED) & held.pressed[other, vertices] & (own != other)[:, None]
+        there = (weights * np.where(against, held.depth[other, vertices], 0.0)).sum(axis=1)
+        depth = np.maximum(-gap, 0.0) + there - held.rooms[nearest]
+        share = np.where(against.any(axis=1), depth / held.thickness[nearest], 0.0)
+        k = int(np.argmax(share))
+        if share[k] > worst:
+            worst = float(share[k])
+            tools = (min(int(own[k]), other), max(int(own[k]), other))
+            thickness = float(held.thickness[nearest[k]])
+            found = Squeeze(int(nearest[k]), tools, float(depth[k]), thickness)
     return found
