@@ -194,6 +194,7 @@ def test_signs_are_no_options(capsys):
     assert joined(["new", "x", "--up", "-x", "-q", "--out", "-.5"]) == [
         *("new", "x", "--up=-x", "-q", "--out=-.5")
     ]
+    assert joined(["picture", "-q", "-5"]) == ["picture", "-q", "-5"]
     assert joined(["picture", "--tools", "-q"]) == ["picture", "--tools", "-q"]
 
 
