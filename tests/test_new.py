@@ -217,6 +217,13 @@ def test_what_may_not_be_meant_is_said(capsys):
     assert new("wrong", "--mould", "metres.stl", "--units", "m") == 0
 
 
+@pytest.mark.parametrize(("subdivisions", "coarse"), [(3, True), (5, False)])
+def test_coarse_facets_are_said(subdivisions, coarse, capsys):
+    trimesh.creation.icosphere(subdivisions, 50.0).export("part.stl")
+    assert new("part", "--mould", "part.stl", "--units", "mm") == 0
+    assert ("or as STEP" in capsys.readouterr().out) is coarse
+
+
 def test_a_file_is_never_replaced(capsys):
     Path("part.py").write_text("mine")
     assert new("part") == 2
