@@ -194,6 +194,7 @@ def test_signs_are_no_options(capsys):
     assert joined(["new", "x", "--up", "-x", "-q", "--out", "-.5"]) == [
         *("new", "x", "--up=-x", "-q", "--out=-.5")
     ]
+    assert joined(["picture", "-q", "-5"]) == ["picture", "-q", "-5"]
     assert joined(["picture", "--tools", "-q"]) == ["picture", "--tools", "-q"]
 
 
@@ -214,6 +215,13 @@ def test_what_may_not_be_meant_is_said(capsys):
     assert new("wrong", "--mould", "metres.stl", "--units", "mm") == 2
     assert "give another of units: 'm', 180 mm" in capsys.readouterr().err
     assert new("wrong", "--mould", "metres.stl", "--units", "m") == 0
+
+
+@pytest.mark.parametrize(("subdivisions", "coarse"), [(3, True), (5, False)])
+def test_coarse_facets_are_said(subdivisions, coarse, capsys):
+    trimesh.creation.icosphere(subdivisions, 50.0).export("part.stl")
+    assert new("part", "--mould", "part.stl", "--units", "mm") == 0
+    assert ("or as STEP" in capsys.readouterr().out) is coarse
 
 
 def test_a_file_is_never_replaced(capsys):

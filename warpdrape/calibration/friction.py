@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.calibration.bands import Band, bootstrap
+from warpdrape.calibration.raw_table import Specimen
 from warpdrape.calibration.tests_file import Test
 from warpdrape.errors import InputError
 from warpdrape.materials.friction import Friction
@@ -64,29 +65,7 @@ def readings(test: Test) -> list[Reading]:
                     )
                 )
             continue
-        normal, pressure = _pressed(test)
-        travel, force = columns["travel"], columns["force"] - test.values.get("tare", 0.0)
-        start = test.values.get("steady_from", STEADY_FROM * float(travel.max()))
-        steady = travel >= start
-        if steady.sum() < 3:
-            raise InputError(
-                f"{specimen.file}: {specimen.name} has fewer than three rows after "
-                f"{1e3 * start:.4g} mm, where it should slide steadily: check steady_from"
-            )
-        kinetic = float(force[steady].mean()) / normal
-        static = float(force[~steady].max(initial=force[steady][0])) / normal
-        found.append(
-            Reading(
-                test.name,
-                specimen.name,
-                pressure,
-                test.values["speed"],
-                yarns,
-                kinetic,
-                static,
-                specimen.weight,
-            )
-        )
+        found.append(_sled(test, specimen, yarns))
     for reading in found:
         if not 0.0 < reading.kinetic < 5.0:
             raise InputError(
@@ -94,6 +73,24 @@ def readings(test: Test) -> list[Reading]:
                 f"{reading.kinetic:.4g}: check normal force, pressure, area and units"
             )
     return found
+
+
+def _sled(test: Test, specimen: Specimen, yarns: float | None) -> Reading:
+    """What one specimen's record shows while it slides steadily, and before."""
+    normal, pressure = _pressed(test)
+    columns = specimen.columns
+    travel, force = columns["travel"], columns["force"] - test.values.get("tare", 0.0)
+    start = test.values.get("steady_from", STEADY_FROM * float(travel.max()))
+    steady = travel >= start
+    if steady.sum() < 3:
+        raise InputError(
+            f"{specimen.file}: {specimen.name} has fewer than three rows after "
+            f"{1e3 * start:.4g} mm, where it should slide steadily: check steady_from"
+        )
+    kinetic = float(force[steady].mean()) / normal
+    static = float(force[~steady].max(initial=force[steady][0])) / normal
+    speed, weight = test.values["speed"], specimen.weight
+    return Reading(test.name, specimen.name, pressure, speed, yarns, kinetic, static, weight)
 
 
 def _pressed(test: Test) -> tuple[float, float]:
