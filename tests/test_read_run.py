@@ -188,6 +188,7 @@ def refer(folder):
         (remove("history.csv"), "holds no history.csv"),
         (unfinished, "but an unfinished one: wait for the run"),
         (write("summary.json", '{"status": "comp'), "is not readable JSON"),
+        (write("summary.json", "[" * 100_000), "is not readable JSON"),
         (write("summary.json", "[1]"), "is no summary of a run"),
         (write("summary.json", '{"status": "failed", "message": "x"}'), "has no usable"),
         (write("history.csv", "time_s,x\n0,1\n1\n"), "is no table of numbers"),

@@ -201,7 +201,7 @@ def test_it_is_a_record_in_words(pressed, page):
         hashlib.sha256((pressed[1] / "summary.json").read_bytes()).hexdigest(),
     ):
         assert " ".join(words.split()) in page.text, words
-    assert page.text.count("(0, 0, -9.81)") == 1
+    assert page.text.count("(0, 0, -9.81)") == 1 and "gravity_m_s2" in page.text
     buttons = [attrs for tag, attrs in page.tags if tag == "button" and "data-block" in attrs]
     kept = {attrs["data-file"]: page.bytes(attrs["data-block"]) for attrs in buttons}
     assert set(kept) == {"history.csv", "summary.json", "run.json"}
