@@ -14,37 +14,47 @@ LAYUPS = (("0/0", 0.3), ("0/90", 0.3), ("0/45", 0.0), ("0/45", 0.1), ("0/45", 0.
 STACK: dict[str, Any] = {"holder_force": 50, "bending": 0.001, "cells": 24}
 
 
+HEADINGS = (
+    "travel",
+    "largest shear",
+    "95 % below",
+    "draw-in along warp, weft, at the corners",
+    "punch",
+    "energy error",
+    "penetration",
+)
+
+
+def result_cells(run: Run) -> list[str]:
+    """What a run of one ply gives, under `HEADINGS`."""
+    ply, drawn = run.summary["plies"][0], run.summary["plies"][0]["draw_in_m"]
+    punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
+    return [
+        f"{1e3 * run.scene.parameters['travel']:.0f} mm",
+        f"{ply['max_shear_deg']:.1f}°",
+        f"{ply['p95_shear_deg']:.1f}°",
+        ", ".join(f"{1e3 * drawn[at]:.1f}" for at in ("warp", "weft", "bias")) + " mm",
+        f"{punch['force_n']:.0f} N",
+        f"{100 * run.summary['energy_error']:.2f} %",
+        f"{1e3 * run.summary['max_penetration_m']:.3f} mm",
+    ]
+
+
 def shapes(runs: Runs) -> str:
     """Every pressed shape with its defaults."""
-    headings = (
-        "scene",
-        "travel",
-        "largest shear",
-        "95 % below",
-        "draw-in along warp, weft, at the corners",
-        "punch",
-        "energy error",
-        "penetration",
-    )
-    rows = []
-    for name in SHAPES:
-        run = runs.run(name)
-        ply, drawn = run.summary["plies"][0], run.summary["plies"][0]["draw_in_m"]
-        punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
-        travel = run.scene.parameters["travel"]
-        rows.append(
-            [
-                f"`{name}`",
-                f"{1e3 * travel:.0f} mm",
-                f"{ply['max_shear_deg']:.1f}°",
-                f"{ply['p95_shear_deg']:.1f}°",
-                ", ".join(f"{1e3 * drawn[at]:.1f}" for at in ("warp", "weft", "bias")) + " mm",
-                f"{punch['force_n']:.0f} N",
-                f"{100 * run.summary['energy_error']:.2f} %",
-                f"{1e3 * run.summary['max_penetration_m']:.3f} mm",
-            ]
-        )
-    return markdown(headings, rows)
+    rows = [[f"`{name}`", *result_cells(runs.run(name))] for name in SHAPES]
+    return markdown(("scene", *HEADINGS), rows)
+
+
+def double_dome_fabrics(runs: Runs) -> str:
+    """The double dome of two fabrics."""
+    carbon = runs.run("double_dome")
+    glass = runs.run("double_dome", fabric="glass_pp_plain")
+    rows = [
+        ["`carbon_interlock`", *result_cells(carbon)],
+        ["`glass_pp_plain`", *result_cells(glass)],
+    ]
+    return markdown(("fabric", *HEADINGS), rows)
 
 
 WRINKLES = ("wrinkles", "largest amplitude", "area", "excess length", "too short for the mesh")
