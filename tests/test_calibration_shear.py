@@ -11,6 +11,7 @@ from calibration_checks import pulled
 from scipy.optimize import minimize
 from scipy.stats import t as student
 
+from warpdrape import cli
 from warpdrape.calibration.bands import Band, bootstrap
 from warpdrape.calibration.bounded import bounded_least_squares
 from warpdrape.calibration.locking import locking_angle
@@ -312,3 +313,22 @@ def test_one_published_strip_predicts_the_other_up_to_35_degrees():
     within = (angle > math.radians(5.0)) & (angle < math.radians(36.0))
     assert within.sum() == 9 and np.abs(off[within]).max() < 0.17
     assert -0.35 < off[-1] < -0.25  # 45°: the larger strip has stiffened
+
+
+def test_the_glass_weave_of_the_library_has_its_shear_from_the_published_strips(tmp_path):
+    """By the command that its card names; the raw tables are the published points."""
+    tests, out = EXAMPLES / "calibration" / "glass_pp_plain.toml", tmp_path / "card.toml"
+    options = ["--no-coupons", "--draws", "20", "--quiet"]
+    assert cli.main(["calibrate", str(tests), "--out", str(out), *options]) == 0
+    made, kept = load_fabric(out), load_fabric("glass_pp_plain")
+    at = np.radians([5.0, 10.0, 20.0, 30.0, 40.0, 45.0])
+    card, fitted = (np.interp(at, c.shear.angles, c.shear.couples) for c in (kept, made))
+    assert card == pytest.approx(fitted, rel=0.02)  # the card is rounded
+    assert made.areal_density == kept.areal_density and made.cell_area == kept.cell_area
+    for size in (("115", "230"), ("150", "450")):
+        raw = EXAMPLES / "calibration" / "published" / f"glass_plain_{'_'.join(size)}.csv"
+        travel, force = np.loadtxt(raw, delimiter=",", skiprows=2).T
+        width, height = (1e-3 * float(side) for side in size)
+        angle, known = published(size)
+        assert bias_angle(width, height, 1e-3 * travel) == pytest.approx(angle)
+        assert force == pytest.approx(known)

@@ -88,7 +88,8 @@ def test_without_the_fibres_density_there_is_no_volume_fraction():
 
 def test_shear_past_locking_is_judged_by_the_card_alone():
     shear, areas = np.radians([10.0, -50.0, 47.0]), np.array([1.0, 2.0, 5.0])
-    assert shear_past_locking(CLOTH, shear, areas)["area_share"] is None
+    unknown = replace(CLOTH, locking_angle=None)
+    assert shear_past_locking(unknown, shear, areas)["area_share"] is None
     locking = replace(CLOTH, locking_angle=math.radians(48.0))
     found = shear_past_locking(locking, shear, areas)
     assert found["area_share"] == pytest.approx(2.0 / 8.0)
@@ -99,7 +100,7 @@ def test_shear_past_locking_is_judged_by_the_card_alone():
 def test_yarns_past_failure_and_in_compression():
     strain = np.array([[0.02, -0.01], [0.01, -1e-4], [-0.003, 0.0]])
     areas = np.array([1.0, 2.0, 5.0])
-    cloth = replace(CLOTH, failure_strain_warp=0.015)
+    cloth = replace(CLOTH, failure_strain_warp=0.015, failure_strain_weft=None)
     found = yarn_strains(cloth, strain, areas, compression=1e-3)
     assert found["warp"]["failed_area_share"] == pytest.approx(1 / 8)
     assert found["warp"]["compressed_area_share"] == pytest.approx(5 / 8)

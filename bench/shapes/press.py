@@ -12,39 +12,55 @@ SHAPES = ("square_box", "tetrahedron", "prism", "double_dome")
 FORCES = (20, 100, 500, 2000)
 LAYUPS = (("0/0", 0.3), ("0/90", 0.3), ("0/45", 0.0), ("0/45", 0.1), ("0/45", 0.3), ("0/45", 0.6))
 STACK: dict[str, Any] = {"holder_force": 50, "bending": 0.001, "cells": 24}
+FINE: dict[str, Any] = {"bending": 0.003, "cells": 30}
+FINE_CASES = (
+    (35, "0/0", 0.3),
+    (35, "0/45", 0.6),
+    (50, "0/45", 0.6),
+)
+
+
+HEADINGS = (
+    "travel",
+    "largest shear",
+    "95 % below",
+    "draw-in along warp, weft, at the corners",
+    "punch",
+    "energy error",
+    "penetration",
+)
+
+
+def result_cells(run: Run) -> list[str]:
+    """What a run of one ply gives, under `HEADINGS`."""
+    ply, drawn = run.summary["plies"][0], run.summary["plies"][0]["draw_in_m"]
+    punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
+    return [
+        f"{1e3 * run.scene.parameters['travel']:.0f} mm",
+        f"{ply['max_shear_deg']:.1f}°",
+        f"{ply['p95_shear_deg']:.1f}°",
+        ", ".join(f"{1e3 * drawn[at]:.1f}" for at in ("warp", "weft", "bias")) + " mm",
+        f"{punch['force_n']:.0f} N",
+        f"{100 * run.summary['energy_error']:.2f} %",
+        f"{1e3 * run.summary['max_penetration_m']:.3f} mm",
+    ]
 
 
 def shapes(runs: Runs) -> str:
     """Every pressed shape with its defaults."""
-    headings = (
-        "scene",
-        "travel",
-        "largest shear",
-        "95 % below",
-        "draw-in along warp, weft, at the corners",
-        "punch",
-        "energy error",
-        "penetration",
-    )
-    rows = []
-    for name in SHAPES:
-        run = runs.run(name)
-        ply, drawn = run.summary["plies"][0], run.summary["plies"][0]["draw_in_m"]
-        punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
-        travel = run.scene.parameters["travel"]
-        rows.append(
-            [
-                f"`{name}`",
-                f"{1e3 * travel:.0f} mm",
-                f"{ply['max_shear_deg']:.1f}°",
-                f"{ply['p95_shear_deg']:.1f}°",
-                ", ".join(f"{1e3 * drawn[at]:.1f}" for at in ("warp", "weft", "bias")) + " mm",
-                f"{punch['force_n']:.0f} N",
-                f"{100 * run.summary['energy_error']:.2f} %",
-                f"{1e3 * run.summary['max_penetration_m']:.3f} mm",
-            ]
-        )
-    return markdown(headings, rows)
+    rows = [[f"`{name}`", *result_cells(runs.run(name))] for name in SHAPES]
+    return markdown(("scene", *HEADINGS), rows)
+
+
+def double_dome_fabrics(runs: Runs) -> str:
+    """The double dome of two fabrics."""
+    carbon = runs.run("double_dome")
+    glass = runs.run("double_dome", fabric="glass_pp_plain")
+    rows = [
+        ["`carbon_interlock`", *result_cells(carbon)],
+        ["`glass_pp_plain`", *result_cells(glass)],
+    ]
+    return markdown(("fabric", *HEADINGS), rows)
 
 
 WRINKLES = ("wrinkles", "largest amplitude", "area", "excess length", "too short for the mesh")
@@ -86,41 +102,47 @@ def tetrahedron_force(runs: Runs) -> str:
     return markdown(("holder", *WRINKLES, "largest yarn strain", "punch"), rows)
 
 
+def _stack_cells(run: Run) -> list[str]:
+    """Waves of two plies, largest amplitude, lift of the holder, energy error."""
+    found = [ply["defects"]["wrinkles"] for ply in run.summary["plies"]]
+    every = [each["number"] + each["too_short_for_the_mesh"]["number"] for each in found]
+    largest = max(
+        max(each["max_amplitude_m"], each["too_short_for_the_mesh"]["max_amplitude_m"])
+        for each in found
+    )
+    lifted = float(np.max(-run.result.history["holder_displacement_m"]))
+    short = [each["too_short_for_the_mesh"]["number"] for each in found]
+    return [
+        ", ".join(
+            f"{number}" + (f" ({few} too short)" if few else "")
+            for number, few in zip(every, short, strict=True)
+        ),
+        f"{1e3 * largest:.1f} mm" if largest else "–",
+        f"{1e3 * lifted:.1f} mm" if lifted > 5e-5 else "–",
+        f"{100 * run.summary['energy_error']:.2f} %",
+    ]
+
+
+OF_A_STACK = ("waves on lower and upper ply", "largest amplitude", "holder up", "energy error")
+
+
 def two_plies(runs: Runs) -> str:
     """Two plies by orientation and friction between them."""
     rows = []
     for layup, friction in LAYUPS:
         run = runs.run("stacked_hemisphere", layup=layup, ply_friction=friction, **STACK)
-        plies = run.summary["plies"]
-        found = [ply["defects"]["wrinkles"] for ply in plies]
-        every = [each["number"] + each["too_short_for_the_mesh"]["number"] for each in found]
-        largest = max(
-            max(each["max_amplitude_m"], each["too_short_for_the_mesh"]["max_amplitude_m"])
-            for each in found
-        )
-        lifted = float(np.max(-run.result.history["holder_displacement_m"]))
-        rows.append(
-            [
-                layup,
-                f"{friction:g}",
-                ", ".join(
-                    f"{all_of} ({all_of - each['number']} too short)" if all_of else "0"
-                    for all_of, each in zip(every, found, strict=True)
-                ),
-                f"{1e3 * largest:.1f} mm" if largest else "–",
-                f"{1e3 * lifted:.1f} mm" if lifted > 5e-5 else "–",
-                f"{100 * run.summary['energy_error']:.2f} %",
-            ]
-        )
-    headings = (
-        "lay-up",
-        "friction",
-        "waves on lower and upper ply",
-        "largest amplitude",
-        "holder up",
-        "energy error",
-    )
-    return markdown(headings, rows)
+        rows.append([layup, f"{friction:g}", *_stack_cells(run)])
+    return markdown(("lay-up", "friction", *OF_A_STACK), rows)
+
+
+def two_plies_fine(runs: Runs) -> str:
+    """Two stiffer plies, whose waves a finer mesh carries, at two forces."""
+    rows = []
+    for force, layup, friction in FINE_CASES:
+        settings = {"layup": layup, "ply_friction": friction, "holder_force": force, **FINE}
+        run = runs.run("stacked_hemisphere", **settings)
+        rows.append([f"{force} N", layup, f"{friction:g}", *_stack_cells(run)])
+    return markdown(("holder", "lay-up", "friction", *OF_A_STACK), rows)
 
 
 def double_dome_part(runs: Runs) -> str:

@@ -8,7 +8,14 @@ import dimensions
 from bending import bending_drape, bending_hemisphere
 from hemisphere import hemisphere_diagonal, hemisphere_outline
 from meshes import wrinkle_meshes, wrinkle_runs
-from press import double_dome_part, shapes, tetrahedron_force, two_plies
+from press import (
+    double_dome_fabrics,
+    double_dome_part,
+    shapes,
+    tetrahedron_force,
+    two_plies,
+    two_plies_fine,
+)
 from runs import Runs
 
 TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
@@ -17,8 +24,10 @@ TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
     "hemisphere_diagonal": ("benchmarks/hemisphere.md", hemisphere_diagonal),
     "hemisphere_outline": ("benchmarks/hemisphere.md", hemisphere_outline),
     "tetrahedron_force": ("benchmarks/tetrahedron.md", tetrahedron_force),
+    "double_dome_fabrics": ("benchmarks/double_dome.md", double_dome_fabrics),
     "double_dome_part": ("benchmarks/double_dome.md", double_dome_part),
     "two_plies": ("benchmarks/two_plies.md", two_plies),
+    "two_plies_fine": ("benchmarks/two_plies.md", two_plies_fine),
     "bending_hemisphere": ("benchmarks/bending.md", bending_hemisphere),
     "bending_drape": ("benchmarks/bending.md", bending_drape),
     "wrinkle_meshes": ("defects.md", wrinkle_meshes),
