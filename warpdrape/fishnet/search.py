@@ -96,13 +96,11 @@ def best_fishnet(
         return cost_of(net_from(begin, coarse), objective, locking, ring)
 
     turns = _turns(ring, yarn_angle)
-    tried = sorted(
-        (
-            min((cost(begin), k, begin) for k, begin in enumerate(_turned(start, turns)))[0::2]
-            for start in _starts(mould, yarn_angle)
-        ),
-        key=lambda entry: entry[0],
-    )
+    tried = [
+        min(((cost(begin), begin) for begin in _turned(start, turns)), key=lambda pair: pair[0])
+        for start in _starts(mould, yarn_angle)
+    ]
+    tried.sort(key=lambda pair: pair[0])
     wide = math.sqrt(mould.area / len(tried))
     turn = float(turns[1] - turns[0])
     better = [_improve(mould, begin, 0.5 * wide, 0.5 * turn, cost) for _, begin in tried[:REFINED]]
