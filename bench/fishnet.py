@@ -1,4 +1,4 @@
-"""How near `wd.best_fishnet` comes to trying every start and direction: ``python bench/fishnet.py``.
+"""How near `wd.best_fishnet` comes to all starts and directions: ``python bench/fishnet.py``.
 
 Four surfaces, both objectives; beside it a grid of starts in many directions on the same net. Cost
 is what is minimised: shear [rad] or its share past 20°, and four times what stays uncovered.
