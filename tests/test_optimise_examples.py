@@ -9,6 +9,7 @@ from warpdrape.commands.scene_library import find_script
 from warpdrape.errors import InputError
 from warpdrape.optimisation.optimise_file import read_optimisation
 from warpdrape.optimisation.space import place_of, row_at
+from warpdrape.studies.study_file import read_study
 from warpdrape.tools.motion import Stages
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -122,6 +123,11 @@ def test_example_files_are_read_and_start_from_what_they_say():
     assert dome.aims.constraints[0].words == "warp_strain ≤ 0.005"
     stages = read_optimisation(EXAMPLES / "optimise_stages.toml")
     assert place_of(stages.axes, stages.start) is not None and stages.start["order"] == "together"
+
+
+def test_the_meshs_own_study_makes_the_blank_larger_in_steps():
+    rows = read_study(EXAMPLES / "study_mesh.toml").rows()
+    assert [row["blank_size"] for row in rows] == pytest.approx(np.linspace(0.24, 0.3, 13))
 
 
 def punches(*settings):

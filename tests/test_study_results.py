@@ -74,7 +74,7 @@ def test_the_verdict_is_by_the_studys_limits_or_the_scenes(tmp_path, own):
         outcomes = {outcome["run"]: outcome for outcome in MadeUp(folder, formula)(jobs)}
         return gather(study, folder, rows, outcomes)
 
-    table = gathered(Limits(coverage={"punch": 0.5 if own else 2.0**-9}))
+    table = gathered(Limits(coverage={"punch": 0.5 if own else 0.0}))
     assert [row["x"] for row in rows] == [0.0, 0.0, 1.0, 1.0]
     assert table.columns["fit"] == [0, 0, 1, 1] and "fit" in table.measures
     bare = gathered(None)

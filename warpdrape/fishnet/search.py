@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -31,9 +32,11 @@ COARSE = 1.0 / 30.0
 """Spacing of the nets that are tried, over the surface's size, where the asked one is finer [-]."""
 STARTS = 64
 """Starts that are tried, spread over the surface."""
+QUARTERS = (0.25, 0.5, 0.75)
+"""Of the surface's width, at which more starts are tried: its middle and those of its halves."""
 DIRECTIONS = 6
 """Warp directions that are tried at each, over a right angle."""
-REFINED = 6
+REFINED = 9
 """Best starts, with their best direction each, that are improved."""
 STEPS = 60
 """Nets that are tried for each improvement, and once more for the best of them."""
@@ -96,13 +99,11 @@ def best_fishnet(
         return cost_of(net_from(begin, coarse), objective, locking, ring)
 
     turns = _turns(ring, yarn_angle)
-    tried = sorted(
-        (
-            min((cost(begin), k, begin) for k, begin in enumerate(_turned(start, turns)))[0::2]
-            for start in _starts(mould, yarn_angle)
-        ),
-        key=lambda entry: entry[0],
-    )
+    tried = [
+        min(((cost(begin), begin) for begin in _turned(start, turns)), key=lambda pair: pair[0])
+        for start in _starts(mould, yarn_angle)
+    ]
+    tried.sort(key=lambda pair: pair[0])
     wide = math.sqrt(mould.area / len(tried))
     turn = float(turns[1] - turns[0])
     better = [_improve(mould, begin, 0.5 * wide, 0.5 * turn, cost) for _, begin in tried[:REFINED]]
@@ -165,7 +166,11 @@ def _turned(begin: Begin, turns: np.ndarray) -> list[Begin]:
 
 
 def _starts(surface: NetSurface, yarn_angle: float) -> list[Begin]:
-    """Starts spread over the surface, each the farthest from all before it."""
+    """Starts spread over the surface, each the farthest from all before it; and symmetric ones.
+
+    Many parts are alike to both sides of their middle, or of that of each half: there, and along
+    the part, a net fits a border as it does nowhere beside.
+    """
     whole = np.flatnonzero(~surface.spanned)
     middles = surface.points[surface.facets[whole]].mean(axis=1)
     first = begin_at(surface, None, _any_along(surface), yarn_angle)
@@ -176,6 +181,20 @@ def _starts(surface: NetSurface, yarn_angle: float) -> list[Begin]:
         far = np.minimum(far, np.linalg.norm(middles - middles[number], axis=1))
         facet = int(whole[number])
         starts.append(Begin(facet, surface.in_facet(facet, middles[number]), 0.0, yarn_angle))
+    return starts + _symmetric(surface, yarn_angle)
+
+
+def _symmetric(surface: NetSurface, yarn_angle: float) -> list[Begin]:
+    """The middle, and those of halves and quarters as seen from above, along x or y."""
+    points = surface.points[np.unique(surface.facets)]
+    low, wide = points.min(axis=0), np.ptp(points, axis=0)
+    along = np.eye(3)[int(np.argmax(wide[:2]))]
+    starts = []
+    for x in QUARTERS:
+        for y in QUARTERS:
+            at = surface.top_at(low[:2] + wide[:2] * (x, y))
+            with suppress(InputError):  # where the surface stands upright
+                starts.append(begin_at(surface, at, along, yarn_angle))
     return starts
 
 
