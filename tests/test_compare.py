@@ -21,6 +21,8 @@ from warpdrape.defects.limits import Limits
 from warpdrape.errors import RunFailed
 from warpdrape.results.read_run import read_run
 from warpdrape.results.result import FormedPly
+from warpdrape.results.run_record import run_record
+from warpdrape.results.same_scene import _OF_SCENE
 from warpdrape.results.shear_difference import shear_difference
 from warpdrape.scenes import hemisphere
 from warpdrape.stops import asked_to_end
@@ -198,6 +200,13 @@ def test_a_run_of_a_scene_that_differs_in_one_thing(folder, change, words):
     scene = find_script("hemisphere").make(["cells=6", "duration=0.005"])
     scene = dataclasses.replace(scene, **change(scene))
     assert what_differs(folder / "semi_discrete", scene, frames=3, device="cpu") == words
+
+
+def test_whatever_the_record_has_of_a_scene_is_compared():
+    """All but what tells of a run, and the script, which has its own words."""
+    of_run = {"frames", "time_step_s", "search_every", "device", "threads", "versions"}
+    record = run_record(hemisphere.build(cells=6), None, 1, 1)
+    assert set(record) - of_run - {"script", "call"} == set(_OF_SCENE)
 
 
 def test_overwrite_replaces_what_differs_only(copied):

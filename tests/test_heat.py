@@ -12,6 +12,9 @@ from warpdrape.contact.ply_heat import conductance
 from warpdrape.kernels.contact.heat import covered, open_faces
 from warpdrape.laws import Arrhenius, Newtonian
 from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.results.run_folder import as_json
+from warpdrape.results.run_record import run_record
+from warpdrape.results.same_scene import scene_difference
 from warpdrape.scene import Scene
 from warpdrape.verification import heat
 
@@ -206,6 +209,15 @@ def test_the_record_of_a_law_shifts_too():
     assert law(pressure=1e3, speed=0.1) < law(pressure=1e3, speed=0.3)
     fixed = replace(law, shifted=False)
     assert fixed(pressure=1e3, speed=0.1, shift=3.0) == fixed(pressure=1e3, speed=0.1)
+
+
+def test_a_run_in_other_air_is_another():
+    """What a comparison, and defects measured again, take for a run of the same scene."""
+    scene = stack_in_air()
+    record = as_json(run_record(scene, None, 1, 1), "run")
+    assert scene_difference(record, scene) == ""
+    warmer = replace(scene, air=Air(temperature=310.0, convection=20.0))
+    assert scene_difference(record, warmer) == "a run with other air"
 
 
 # --- as a run -----------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from element_checks import SIZE, forces, membrane_of, rotations, whole
 from law_checks import PLAIN, SPACING, crimp_table, fabric
 from test_membrane import CURVE, INTERLOCK, SOFT, STIFF, blank, shaken
 
+from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared
 from warpdrape.forces import fibre_frame, green_naghdi
 from warpdrape.forces.hypoelastic import build_stressed
@@ -158,6 +159,24 @@ def test_the_yarns_frame_is_the_semi_discrete_element(device):
     expected = forces(membrane_of(ply, device), x, device)
     # Increments of 1e-3: the middle's shape costs a tenth of their square.
     np.testing.assert_allclose(f, expected, atol=1e-5 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("module", [fibre_frame, green_naghdi])
+def test_the_stabiliser_grows_with_the_mesh_as_the_element_s_does(module, device):
+    """Else approaches would differ by it, on one mesh: in forces, and in the bound on ω²."""
+    ply = Ply.rectangle("ply", fabric(STIFF, INTERLOCK), 0.1, cells=20)  # 1,600 triangles
+    found = [
+        module.build(Scene(name="s", plies=[ply], duration=0.01, numerics=n), [whole(ply)], device)
+        .plies[0]
+        .inputs[0]
+        .stabiliser
+        for n in (Numerics(), Numerics(stabiliser=5.0), Numerics(stabiliser=1.0))
+    ]
+    assert found[0] == found[1] > found[2] > 0.0
+    own, given, less = (
+        module.sheet_stiffness(ply, Numerics(stabiliser=k))[0] for k in (None, 5.0, 1.0)
+    )
+    assert own == given > less
 
 
 def test_a_trellis_in_the_frame_of_r_is_its_closed_form(device):

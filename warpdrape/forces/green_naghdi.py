@@ -98,7 +98,8 @@ def _stiffness(ply: Ply, numerics: Numerics, state: Sheared) -> tuple[tuple[floa
         stiffness = sheet.stiffness / (1.0 - abs(sheet.poisson))
         return (stiffness, stiffness), 0.5 * sheet.stiffness / (1.0 + sheet.poisson)
     yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
-    drag, stabiliser = yarn_viscosity(fabric, numerics), stabiliser_stiffness(fabric, numerics)
+    drag = yarn_viscosity(fabric, numerics)
+    stabiliser = stabiliser_stiffness(fabric, numerics, len(ply.mesh.triangles))
     warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
     return (warp, weft), shear_stiffness(fabric, abs(state.shear))
 

@@ -251,7 +251,8 @@ def build_stressed_ply(
     sheets.triangles = wp.array(flat + span.first_vertex, dtype=wp.int32, device=device)
     sheets.gradients = wp.array(gradients, dtype=wp.vec4d, device=device)
     sheets.areas = wp.array(areas, dtype=wp.float64, device=device)
-    sheets.stabiliser = 0.0 if isotropic else stabiliser_stiffness(fabric, numerics)
+    stabiliser = 0.0 if isotropic else stabiliser_stiffness(fabric, numerics, len(flat))
+    sheets.stabiliser = stabiliser
     sheets.rest = wp.vec2d(np.cos(fabric.yarn_angle), np.sin(fabric.yarn_angle))
     sheets.viscosity = wp.vec2d(*yarn_viscosity(fabric, numerics))
     yarns = np.column_stack([np.stack(ply.yarn_directions), np.zeros(2)])

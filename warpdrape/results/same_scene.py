@@ -21,6 +21,7 @@ _OF_SCENE = (
     "ply_friction",
     "self_contact",
     "process_duration_s",
+    "air",
     "gravity_m_s2",
     "numerics",
     THRESHOLDS,
