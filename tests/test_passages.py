@@ -78,3 +78,21 @@ def test_depth_is_that_of_the_tip_beyond_the_sheet(device):
     assert (found.tool, found.ply) == (0, 0)
     assert found.depth == pytest.approx(0.01, abs=2e-4)
     assert found.side == pytest.approx(0.012, rel=1e-6)
+
+
+def test_what_lies_beside_the_ply_s_border_has_not_passed_through_it(device):
+    """A box reaches 60 mm beyond the border of a sheet that lies 0.2 mm in its top."""
+    sheet = Ply.rectangle("sheet", "carbon_interlock", 0.1, edge=0.025, mesh="grid")
+    wide = trimesh.creation.box((0.22, 0.22, 0.05))
+    box = Tool.from_mesh("box", wide).moved((0.0, 0.0, -0.025))
+    scene = Scene(name="bed", plies=[sheet], tools=[box], duration=0.01)
+    model = build_model(scene, device, 1)
+    state = initial_state(model)
+    x = state.plies.x.numpy()
+    x[:, 2] = -2e-4
+    state.plies.x.assign(x)
+    looked = Passages(scene, model.spans, device)
+    assert looked.deepest(state) is None
+    x[:, 2] = -0.02  # the whole of it now lies deep in the box
+    state.plies.x.assign(x)
+    assert looked.deepest(state).depth == pytest.approx(0.02, rel=1e-3)

@@ -23,7 +23,8 @@ def find_depths(
         shift: its translation [m].
         ply: the ply's mesh where it is now.
         reach: how far to look for the ply [m].
-        depth: from the nearest place of the ply, if that lies in the tool [m]; else 0; overwritten.
+        depth: across the ply from its nearest place, if that lies in the tool [m]; else 0;
+            overwritten.
         facet: the ply's triangle there, else 0; overwritten.
     """
     i = wp.tid()
@@ -37,7 +38,8 @@ def find_depths(
     inside = wp.transpose(turned) * (place - shift)
     side = wp.mesh_query_point_sign_winding_number(tool, inside, 1e6)
     if side.result and side.sign < 0.0:
-        depth[i] = wp.length(point - place)
+        # Across the ply alone: what lies aside of its border has not passed through it.
+        depth[i] = wp.abs(wp.dot(wp.mesh_eval_face_normal(ply, near.face), point - place))
         facet[i] = near.face
 
 
