@@ -392,3 +392,23 @@ def test_what_comes_closer_after_the_last_search_counts_too(device):
         for entry in both:
             assert entry["max_penetration_m"] == pytest.approx(5e-5, rel=1e-9)
     assert memory_of(model, state).deepest.numpy().max() < 1e-12
+
+
+@pytest.mark.parametrize(("height", "held"), [(-0.4, False), (0.6, True)])
+def test_what_comes_in_sight_beside_a_border_is_not_at_once_deep(height, held, device):
+    """Half a thickness beyond the border, so many thicknesses over the mid-surface."""
+    _, model, state, upper, _ = two_laid_up(device)
+    x, apart = state.plies.x.numpy().copy(), state.plies.x.numpy().copy()
+    thickness = model.scene.plies[0].fabric.thickness
+    width = float(np.ptp(x[:upper, 0]))
+    apart[upper:, 0] += 2.0 * width
+    state.plies.x.assign(apart)
+    stepping.search_contacts(model, state)
+    x[upper:, 0] += width + 0.5 * thickness
+    x[upper:, 2] = x[:upper, 2].mean() + height * thickness
+    state.plies.x.assign(x)
+    stepping.search_contacts(model, state)
+    look = contact_of(model).looks[1]
+    beside = np.flatnonzero(np.isclose(x[upper:, 0], x[upper:, 0].min()))
+    near = memory_of(model, state).contacts.numpy()["near"][look.first_slot + beside]
+    assert (near == int(held)).all()
