@@ -11,8 +11,8 @@ import pytest
 import trimesh
 
 from warpdrape import cli
+from warpdrape.cli import joined
 from warpdrape.commands import writing
-from warpdrape.commands.arguments import joined
 from warpdrape.commands.scene_library import describe_scene, find_script, find_typed
 from warpdrape.numerics import Numerics
 from warpdrape.tools.profile import Arc, Line, revolve

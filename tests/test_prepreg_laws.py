@@ -20,7 +20,7 @@ from warpdrape.forces.matrix import (
     shift_struct,
     viscosity_struct,
 )
-from warpdrape.kernels.contact.tool_heat import approached
+from warpdrape.kernels.contact.heat import approached
 from warpdrape.kernels.forces.matrix import MatrixLaw, add_matrix_forces, shear_matrix
 from warpdrape.kernels.materials.viscosity import (
     Shift,

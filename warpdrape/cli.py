@@ -129,7 +129,7 @@ def build_parser() -> argparse.ArgumentParser:
 _SIGNED = re.compile(r"-(\.?\d|[xyz]$)")
 
 
-def _joined(argv: Sequence[str]) -> list[str]:
+def joined(argv: Sequence[str]) -> list[str]:
     """Arguments where ``--up -z`` or ``--angles -45,45`` is one: argparse sees an option in -z."""
     out: list[str] = []
     for word in argv:
@@ -157,7 +157,7 @@ def _dispatch(argv: list[str]) -> int:
 
         one_of("command", argv[0], COMMANDS)
     try:
-        arguments = parser.parse_args(_joined(argv))
+        arguments = parser.parse_args(joined(argv))
     except SystemExit as end:  # --help and --version have said what they had to
         return int(end.code or DONE)
     if arguments.command is None:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import dimensions
 from bending import bending_drape, bending_hemisphere
 from hemisphere import hemisphere_diagonal, hemisphere_outline
-from meshes import wrinkle_meshes, wrinkle_runs
 from press import (
     double_dome_fabrics,
     double_dome_part,
@@ -17,6 +16,7 @@ from press import (
     two_plies_fine,
 )
 from runs import Runs
+from wrinkled_meshes import wrinkle_meshes, wrinkle_runs
 
 TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
     **dimensions.tables(),
