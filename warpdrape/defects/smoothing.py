@@ -168,7 +168,8 @@ class Smoothing:
             wave_number: on the flat ply [1/m].
             angle: from x to the direction across its crests [rad], where it is known.
         """
-        passed = (self.length * wave_number) ** 4
+        # Beyond a billion nothing is left out any more: that of noise on a flat ply has no bound.
+        passed = np.minimum(self.length * wave_number, 1e9) ** 4
         if angle is not None:
             stray = np.append(self._stray, self._stray[0]) / self._stray.mean()
             at = np.linspace(0.0, math.pi, DIRECTIONS + 1)
