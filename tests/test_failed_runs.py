@@ -13,13 +13,16 @@ from pxr import Usd
 
 import warpdrape as wd
 from warpdrape import cli
-from warpdrape.dynamics.energy import measure
+from warpdrape.dynamics.energy import balance, measure
 from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.stepping import Stepper
+from warpdrape.errors import RunFailed
 from warpdrape.growth import OF_CONTACTS, why_it_grew
+from warpdrape.results.snapshot import read_plies
 from warpdrape.scenes import hemisphere
 from warpdrape.simulation import prepare
 from warpdrape.timing import choose_step
+from warpdrape.watch import Watch
 
 SMALL = {"cells": 6, "duration": 0.005, "accuracy": "reference", "brake": 0.3}
 
@@ -99,6 +102,20 @@ def test_growth_is_laid_to_the_tools_that_press_there():
         assert ("touching nothing" in said) == (not touching)
         assert ("contact_share" in said) == bool(touching)
     assert "refine ply 'ply_0'" in why_it_grew(scene, {OF_CONTACTS[0]: 1.0}, measured, 0, vertex)
+
+
+def test_what_was_there_a_frame_before_has_not_grown():
+    """Friction that lost 5 kJ on the way is not what 1 kJ of motion came as."""
+    scene = hemisphere.build(cells=6, duration=0.005)
+    model, state = prepare(scene, "cpu", 1)
+    measured = measure(model, state)
+    rest = balance(model, state, measured)
+    rubbed = replace(rest, friction=5e3, tool_work=rest.tool_work + 5e3)
+    plies = read_plies(model, state, measured)
+    watch = Watch(model)
+    watch.look(state, plies, rubbed, measured, 0.0)
+    with pytest.raises(RunFailed, match="most of the energy came as motion"):
+        watch.look(state, plies, replace(rubbed, kinetic=1e3), measured, 1e-3)
 
 
 @pytest.mark.parametrize(("times", "words"), [(2.4, "energy grew without"), (4.0, "blew up")])
