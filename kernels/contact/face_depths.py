@@ -4,15 +4,8 @@ import warp as wp
 
 from ..sweep import Sweep
 from .surface import barycentric, is_on_border, to_single, weighted
-from .tool_contact import (
-    ToolPlane,
-    ToolSurfaces,
-    is_near,
-    nearest_facet,
-    no_plane,
-    plane_gap,
-    tangent_plane,
-)
+from .tool_facets import ToolSurfaces, nearest_facet
+from .tool_planes import ToolPlane, is_near, no_plane, plane_gap, tangent_plane
 
 
 @wp.func

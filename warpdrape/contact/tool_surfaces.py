@@ -11,7 +11,7 @@ from warpdrape.contact.adjacency import (
     open_edge_bits,
 )
 from warpdrape.contact.friction import rubs
-from warpdrape.kernels.contact.tool_contact import ToolSurfaces
+from warpdrape.kernels.contact.tool_facets import ToolSurfaces
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
 
