@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from warpdrape.optimisation import gaussian, parzen
 from warpdrape.optimisation.known import Known
 from warpdrape.optimisation.space import Axis, Place
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 GP, TPE = "gp", "tpe"
 METHODS: dict[str, Callable[[Sequence[Axis], Sequence[Known], int, int], list[Place]]] = {
