@@ -112,7 +112,7 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
         added_mass=wp.array(masses.added, dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, spans), dtype=wp.int32, device=device),
-        floating=floating_tools(scene, device),
+        floating=floating_tools(scene, float(masses.mass.sum()), device),
         turning=turning_tools(scene, device),
         medium=_medium(scene, timing),
     )
