@@ -49,6 +49,7 @@ class PlyMemory:
     way: wp.float64  # that it may come closer before it is near [m]
     ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
     across: wp.int32  # 1 if it lies across the stacking order, 2 if undecided past the border
+    loose: wp.int32  # 1 if a ply is in sight, but the next one does not cover the point in its order
 
 
 @wp.struct
