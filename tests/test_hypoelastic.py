@@ -149,9 +149,15 @@ def test_the_yarns_frame_keeps_to_the_card(law, degrees, device):
     assert shown.couple == pytest.approx(couple, rel=1e-3)
 
 
+def many_stabilisers(tension):
+    """A ply whose patches are held more and less, by their sizes."""
+    cloth = fabric(tension, INTERLOCK, angle=math.radians(80))
+    return Ply.rectangle("blank", cloth, 0.04, edge=2e-3, mesh="random", warp_angle=0.35)
+
+
 def test_the_yarns_frame_is_the_semi_discrete_element(device):
     """On a random mesh, from flat to a shaken surface in 40 steps; viscosity none."""
-    ply = blank(cloth=fabric(STIFF, INTERLOCK, angle=math.radians(80)))
+    ply = many_stabilisers(STIFF)
     led = LedSheet(ply, "fibre_frame", device)
     x = shaken(ply, np.random.default_rng(4), 0.05)
     for share in np.linspace(0.0, 1.0, 41)[1:]:
@@ -241,8 +247,8 @@ def test_a_closed_loop_of_strain_leaves_stress_in_the_frame_of_r_alone(device):
 @pytest.mark.parametrize("approach", ROWS)
 def test_work_is_that_of_the_nodal_forces(approach, viscosity, device):
     """To rounding, in steps of any size: what the balance calls stored, and lost, is exact."""
-    ply = blank(cloth=fabric(SOFT, INTERLOCK, angle=math.radians(80)))
-    led = LedSheet(ply, approach, device, yarn_viscosity=viscosity, stabiliser=3.0)
+    ply = many_stabilisers(SOFT)
+    led = LedSheet(ply, approach, device, yarn_viscosity=viscosity)
     rng = np.random.default_rng(5)
     for size in (0.01, 0.1, 0.05):
         led.to(shaken(ply, rng, size))
