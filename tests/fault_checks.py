@@ -33,7 +33,7 @@ class Server:
         library = folder / "faults.so"
         build = [compiler, "-shared", "-fPIC", "-o", str(library), str(HERE / "faults.c"), "-ldl"]
         subprocess.run(build, check=True)
-        self._folder = folder
+        self._folder, self._takes = folder, {}
         self._process = subprocess.Popen(
             [sys.executable, str(HERE / "fault_server.py"), str(folder / "warm")],
             stdin=subprocess.PIPE,
@@ -46,7 +46,7 @@ class Server:
         assert self._process.stdout.readline() == "ready\n"
 
     def __call__(self, folder: Path, *argv, **faults) -> dict:
-        """Run a command: its status, time taken [s], what it said, and calls counted."""
+        """Run a command: its status, processor time [s], what it said, and calls counted."""
         job = {"said": str(self._folder / "said"), "folder": str(folder), **faults}
         job["argv"] = list(map(str, argv))
         self._process.stdin.write(json.dumps(job) + "\n")
@@ -60,6 +60,12 @@ class Server:
         """Run the scene that is killed again and again."""
         argv = ["run", *SCENE, f"--frames={FRAMES}", "--quiet", f"--checkpoint={every}"]
         return self(folder, *argv, "--out", folder, "--overwrite", **faults)
+
+    def takes(self, folder: Path, every, cold: bool) -> float:
+        """Processor time of a run that nothing happens to [s], measured once."""
+        if (every, cold) not in self._takes:
+            self._takes[every, cold] = self.run(folder, every, cold=cold)["seconds"]
+        return self._takes[every, cold]
 
     def resume(self, folder: Path, **faults) -> dict:
         """Go on with it; from its start, where that was all."""
@@ -104,8 +110,8 @@ def kill_and_resume(
         faults: that kill it.
 
     Returns:
-        What the kill had left, and how long the run took if it came to its end before [s], else
-        infinity.
+        What the kill had left, and the processor time of a run that came to its end before it [s],
+        else infinity.
     """
     shutil.rmtree(folder, ignore_errors=True)
     done = server.run(folder, every, **faults)
@@ -121,19 +127,13 @@ def kill_and_resume(
 def kill_at_random(server: Server, folder: Path, whole: Path, count: int, seed: int):
     """Kill runs at so many random moments, up to just after their end; what each had left.
 
-    Every other one keeps checkpoints between frames, and every tenth is an interpreter of its own,
-    killed from its start on.
+    One in five keeps checkpoints between frames, and one in ten is an interpreter of its own,
+    killed from its start on: these take longer.
     """
-    kinds = {
-        (every, cold): server.run(folder, every, cold=cold)["seconds"]
-        for every in (1, AT_BLOCKS)
-        for cold in (False, True)
-    }
     chance, killed = random.Random(seed), 0
     while killed < count:
-        every, cold = kind = AT_BLOCKS if killed % 2 else 1, killed % 10 > 7
-        after = chance.uniform(0.0, 1.05 * kinds[kind])
+        every, cold = AT_BLOCKS if killed % 5 == 2 else 1, killed % 10 == 6
+        after = chance.uniform(0.0, 1.05 * server.takes(folder, every, cold))
         left, took = kill_and_resume(server, folder, whole, every, after=after, cold=cold)
         killed += took == math.inf
-        kinds[kind] = min(kinds[kind], took)  # other work may have slowed it when it was measured
         yield left, took == math.inf

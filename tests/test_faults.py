@@ -247,11 +247,17 @@ def test_many_damaged_runs_fed_to_every_command(finished, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("entry", "value"),
-    [("wrinkles", 0.5), ("wrinkles", {}), ("shear", ["x"]), ("yarns", "a\nb"), ("yarns", None)],
+    ("entry", "value", "named"),
+    [
+        ("wrinkles", 0.5, "wrinkles"),
+        ("wrinkles", {}, "wrinkles.number, "),
+        ("shear", ["x"], "shear"),
+        ("yarns", {"warp": None, "weft": 1}, "yarns.warp, plies[0].defects.yarns.weft"),
+        ("bridging", {"number": 2}, "bridging.max_gap_m, "),
+        ("misalignment", [{"name": "rib"}], "misalignment[0].family, "),
+    ],
 )
-def test_an_odd_value_is_told_as_such(entry, value, finished, tmp_path, capsys):
-    """Not as a fault of ours alone: its files may be damaged, or changed by hand."""
+def test_an_odd_value_is_told_by_its_name(entry, value, named, finished, tmp_path, capsys):
     run = shutil.copytree(finished, tmp_path / "run")
     summary = json.loads((run / "summary.json").read_text("utf-8"))
     summary["plies"][0]["defects"][entry] = value
@@ -259,13 +265,30 @@ def test_an_odd_value_is_told_as_such(entry, value, finished, tmp_path, capsys):
     assert feed(run, entry, [["judge", "RUN"]], capsys) == [("judge", 2)]
     assert cli.main(["judge", str(run), "-q"]) == 2
     said = capsys.readouterr().err
-    assert "a value that no run writes" in said and "in judgement" in said and "report it" in said
+    assert f"has no usable plies[0].defects.{named}" in said and "run the scene again" in said
 
 
-def test_a_fault_of_ours_is_not_blamed_on_a_run(finished, monkeypatch, capsys):
-    monkeypatch.setattr("warpdrape.results.judgement.judge", lambda *_: 1 / 0)
+@pytest.mark.parametrize("error", [ZeroDivisionError("by zero"), KeyError("odd"), TypeError("x")])
+def test_a_fault_of_ours_is_not_blamed_on_a_run(error, finished, monkeypatch, capsys, tmp_path):
+    """It is told as one, with a file that says where, whatever kind of error it is."""
+
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr("warpdrape.results.judgement.judge", fail)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     assert cli.main(["judge", str(finished)]) == 1
-    assert "unexpected ZeroDivisionError" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert f"unexpected {type(error).__name__} in test_faults.py, line" in said
+    (kept,) = tmp_path.iterdir()
+    assert said.strip().endswith(f"please report it as a fault of warpdrape, with the file {kept}")
+    words = kept.read_text("utf-8")
+    assert words.startswith(f"warpdrape judge {finished}\n") and "numpy " in words
+    assert "Traceback (most recent call last)" in words and "in judged" in words
+    kept.unlink()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "nowhere"))
+    assert cli.main(["judge", str(finished)]) == 1
+    assert capsys.readouterr().err.strip().endswith("please report it as a fault of warpdrape")
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -68,7 +68,7 @@ def test_killed_at_a_thousand_random_moments(part, server, whole, tmp_path):
     left = Counter(kill_at_random(server, tmp_path / "run", folder, 1000 // PARTS, seed=part))
     for (names, killed), count in sorted(left.items()):
         print(f"{part} {count:4} {'killed' if killed else 'ended'}: {names or 'nothing'}")
-    assert len(left) > 4
+    assert len(left) > 2
 
 
 @pytest.mark.parametrize(

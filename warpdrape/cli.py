@@ -10,7 +10,6 @@ import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stdout
-from pathlib import Path
 from typing import NoReturn
 
 from warpdrape.command_line import (
@@ -57,8 +56,6 @@ COMMANDS: dict[str, Command] = {
     )
 }
 """By name, in the order of the help."""
-ODD = (KeyError, TypeError, IndexError, AttributeError, ValueError, OverflowError)
-"""What code meets where a file holds another value than it takes for granted."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -179,21 +176,14 @@ def _explain(error: Exception, argv: Sequence[str]) -> int:
         return complain(error, UNUSABLE)
     if isinstance(error, RunFailed):
         return complain(error, FAILED)
-    step = error.__traceback__
-    while step is not None and step.tb_next is not None:
-        step = step.tb_next
-    where = ""
-    if step is not None:
-        where = f" in {Path(step.tb_frame.f_code.co_filename).name}, line {step.tb_lineno}"
-    what = f"{type(error).__name__}{where}: {error}"
-    command = COMMANDS.get(argv[0]) if argv else None
-    if command is not None and command.reads_runs and isinstance(error, ODD):
-        return complain(
-            f"the run cannot be used ({what}): its files hold a value that no run writes, as after "
-            "damage or a change by hand: run the scene again; if that is no cure, please report it",
-            UNUSABLE,
-        )
-    return complain(f"unexpected {what}; please report it", FAILED)
+    from warpdrape.fault_log import keep_fault, where
+
+    kept = keep_fault(error, argv)
+    return complain(
+        f"unexpected {type(error).__name__}{where(error)}: {error}; please report it as a fault of "
+        + (f"warpdrape, with the file {kept}" if kept else "warpdrape"),
+        FAILED,
+    )
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:

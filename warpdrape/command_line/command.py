@@ -27,7 +27,6 @@ class Command:
         epilog: what its help says at the end.
         shows_progress: with ``--quiet`` it hides that alone; other commands print nothing but
             what is wrong.
-        reads_runs: it does nothing but read a run's files.
     """
 
     name: str
@@ -36,7 +35,6 @@ class Command:
     add_arguments: Callable[[argparse.ArgumentParser], None] = lambda parser: None
     epilog: str = ""
     shows_progress: bool = False
-    reads_runs: bool = False
 
 
 def complain(message: object, status: int) -> int:

@@ -57,5 +57,4 @@ COMMAND = Command(
     act=_act,
     add_arguments=_add_arguments,
     epilog="; ".join(f"{name}: {each.words}" for name, each in FORMATS.items()),
-    reads_runs=True,
 )

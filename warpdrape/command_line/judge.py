@@ -45,5 +45,4 @@ COMMAND = Command(
     act=_act,
     add_arguments=_add_arguments,
     epilog="Exit status: 0 fit, 3 unfit, 1 the run failed, 2 the input cannot be used.",
-    reads_runs=True,
 )

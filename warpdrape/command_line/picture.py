@@ -69,5 +69,4 @@ COMMAND = Command(
     words="draw a formed ply, coloured by shear or another field",
     act=_act,
     add_arguments=_add_arguments,
-    reads_runs=True,
 )

@@ -41,5 +41,4 @@ COMMAND = Command(
     add_arguments=_add_arguments,
     epilog="The file needs no network: 3-D view over time, curves, the result in words, and how "
     "the run was made. Of several runs it shows differences from the first.",
-    reads_runs=True,
 )

@@ -10,9 +10,6 @@ from warpdrape.results import summary_text
 from warpdrape.results.defect_text import defect_lines, judgement_lines
 from warpdrape.results.numerical_error import numerical_error_text
 
-_UNUSABLE = (KeyError, TypeError, ValueError, AttributeError, IndexError, StopIteration)
-"""What reading an entry of a summary raises that is of an older version, or was changed by hand."""
-
 
 def result_section(summary: Mapping[str, Any]) -> Html:
     """Everything that a summary says, in the order of the lines at the end of a run."""
@@ -45,11 +42,8 @@ def _warnings(summary: Mapping[str, Any]) -> Iterator[Html]:
 def _part(
     title: str, summary: Mapping[str, Any], write: Callable[[Mapping[str, Any]], Html | None]
 ) -> list[Html]:
-    """A titled part; none where there is nothing to say, a sentence where it cannot be read."""
-    try:
-        inside = write(summary)
-    except _UNUSABLE:
-        inside = element("p", "summary.json has no usable entries for this.", class_="faint")
+    """A titled part; none where there is nothing to say."""
+    inside = write(summary)
     return [] if inside is None else [element("h3", title), inside]
 
 
@@ -117,10 +111,7 @@ def _beside(
     head: tuple[str, ...] = ()
     found: dict[str, list[tuple[str, ...]]] = {}
     for name, summary in zip(names, summaries, strict=True):
-        try:
-            head, *rows = rows_of(summary[entry])
-        except _UNUSABLE:
-            continue
+        head, *rows = rows_of(summary[entry])
         for row in rows:
             found.setdefault(row[0], []).append((f"{row[0]}: {name}", *row[1:]))
     body = [row for rows in found.values() for row in rows]
@@ -130,9 +121,6 @@ def _beside(
 def _trust(names: Sequence[str], summaries: Sequence[Mapping[str, Any]]) -> list[Html]:
     items = []
     for name, summary in zip(names, summaries, strict=True):
-        try:
-            words = f"{verdict_words(summary)}; {summary_text.quality(summary)}"
-        except _UNUSABLE:
-            words = verdict_words(summary)
+        words = f"{verdict_words(summary)}; {summary_text.quality(summary)}"
         items.append(element("li", element("b", name), f": {words}"))
     return [element("h3", "How they ended, and how far to trust them"), element("ul", *items)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,12 @@ import numpy as np
 
 from warpdrape.errors import InputError
 from warpdrape.results.run_folder import HISTORY, SCENE, SUMMARY, partial_path
+from warpdrape.results.summary_form import odd_entries
 
 AGAIN = "run the scene again"
 """What to do about a damaged folder."""
+FEW = 4
+"""Odd entries of a summary that are named."""
 
 
 def check_whole(folder: Path) -> None:
@@ -43,37 +47,47 @@ def check_whole(folder: Path) -> None:
 def load_json(path: Path) -> Any:
     """What a JSON file holds; raise `InputError` where it cannot be read."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(
+            path.read_text(encoding="utf-8"),
+            parse_constant=_no_number,
+            parse_float=_finite,
+            parse_int=_whole,
+        )
     except (OSError, ValueError, RecursionError) as error:
         words = " ".join(str(error).split())
         raise InputError(f"{path} is not readable JSON ({words}): {AGAIN}") from error
+
+
+def _no_number(words: str) -> float:
+    raise ValueError(f"{words} is no number")
+
+
+def _finite(words: str) -> float:
+    found = float(words)
+    return found if math.isfinite(found) else _no_number(words)
+
+
+def _whole(words: str) -> int:
+    _finite(words)
+    return int(words)
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
     """The summary of a run folder; raise `InputError` where there is none, or it is damaged."""
     path = _file(folder, SUMMARY)
     summary = load_json(path)
-    kinds: dict[str, Any] = {
-        "status": str,
-        "message": str,
-        "warnings": list,
-        "plies": list,
-        "tools": list,
-    }
-    kinds |= dict.fromkeys(("steps", "triangles", "wall_s", "simulated_s"), int | float)
     if not isinstance(summary, dict):
         raise InputError(f"{path} is no summary of a run: {AGAIN}")
-    odd = [name for name, kind in kinds.items() if not isinstance(summary.get(name), kind)]
-    for entry, needed in (("plies", {"name", "triangles"}), ("tools", {"name"})):
-        odd += [
-            f"{entry}[{k}]"
-            for k, each in enumerate(summary[entry] if entry not in odd else ())
-            if not isinstance(each, dict)
-            or not needed <= set(each)
-            or not isinstance(each["name"], str)
-        ]
-    if odd:
-        raise InputError(f"{path} has no usable {', '.join(odd)}: it is damaged; {AGAIN}")
+    if summary.get("status") == "failed" and "plies" not in summary:
+        raise InputError(
+            f"run folder {folder}: the run failed before its first frame: {summary.get('message')}"
+        )
+    if odd := odd_entries(summary):
+        names = ", ".join(odd[:FEW]) + (f" and {len(odd) - FEW} more" if len(odd) > FEW else "")
+        raise InputError(
+            f"{path} has no usable {names}: it is of another version, damaged, or changed by hand; "
+            f"{AGAIN}"
+        )
     return summary
 
 
