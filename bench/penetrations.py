@@ -24,6 +24,7 @@ import warp as wp
 
 from warpdrape.contact.face_depths import BETWEEN
 from warpdrape.contact.ply_facets import build_facets
+from warpdrape.interaction import Run, Swept
 from warpdrape.kernels.contact.facets import PlyFacets, ask_for_nearest, facing, is_at_border
 from warpdrape.kernels.contact.ply_surfaces import compute_hollows, compute_vertex_normals
 from warpdrape.kernels.contact.surface import weighted
@@ -121,9 +122,9 @@ class Stack:
         ]
         normals = wp.zeros(len(x), dtype=wp.vec3d, device="cpu")
         self.hollows = wp.zeros(len(x), dtype=wp.vec2d, device="cpu")
-        known = [0, self.facets, self.x]
-        wp.launch(compute_vertex_normals, len(x), known, [normals], device="cpu")
-        wp.launch(compute_hollows, len(x), [*known, normals], [self.hollows], device="cpu")
+        known, every = [self.facets, self.x], Run(0, len(x))
+        Swept(compute_vertex_normals, every, known, [normals])("cpu")
+        Swept(compute_hollows, every, [*known, normals], [self.hollows])("cpu")
 
     def heights(
         self, own: int, other: int, places: np.ndarray, radius: float

@@ -52,7 +52,7 @@ class Server:
         self._process.stdin.write(json.dumps(job) + "\n")
         self._process.stdin.flush()
         done = json.loads(self._process.stdout.readline())
-        done["said"], _, calls = done["said"].rpartition("\ncalls ")
+        done["said"], _, calls = done["said"].partition("\ncalls ")
         done["calls"] = int(calls or 0)
         return done
 
@@ -118,17 +118,22 @@ def kill_and_resume(
     return left, done["seconds"] if done["status"] == 0 else math.inf
 
 
-def kill_at_random(server: Server, folder: Path, whole: Path, seconds: float, count: int):
+def kill_at_random(server: Server, folder: Path, whole: Path, count: int, seed: int):
     """Kill runs at so many random moments, up to just after their end; what each had left.
 
-    Every other one keeps checkpoints between frames.
+    Every other one keeps checkpoints between frames, and every tenth is an interpreter of its own,
+    killed from its start on.
     """
-    chance, killed = random.Random(1), []
-    while len(killed) < count:
-        after = chance.uniform(0.0, 1.05 * seconds)
-        every = AT_BLOCKS if len(killed) % 2 else 1
-        left, took = kill_and_resume(server, folder, whole, every, after=after)
-        if took == math.inf:
-            killed.append(left)
-        seconds = min(seconds, took)  # a machine with other work was slow when it was measured
-        yield left
+    kinds = {
+        (every, cold): server.run(folder, every, cold=cold)["seconds"]
+        for every in (1, AT_BLOCKS)
+        for cold in (False, True)
+    }
+    chance, killed = random.Random(seed), 0
+    while killed < count:
+        every, cold = kind = AT_BLOCKS if killed % 2 else 1, killed % 10 > 7
+        after = chance.uniform(0.0, 1.05 * kinds[kind])
+        left, took = kill_and_resume(server, folder, whole, every, after=after, cold=cold)
+        killed += took == math.inf
+        kinds[kind] = min(kinds[kind], took)  # other work may have slowed it when it was measured
+        yield left, took == math.inf

@@ -18,10 +18,12 @@ WARM = ["run", "hemisphere", "--set=cells=4", "--frames=1", "--quiet", "--overwr
 
 
 def child(job) -> None:
-    """Run a command with its faults, and end."""
+    """Run a command with its faults, or in an interpreter of its own without any, and end."""
     said = os.open(job["said"], os.O_CREAT | os.O_WRONLY | os.O_TRUNC)
     os.dup2(said, 1)
     os.dup2(said, 2)
+    if job.get("cold"):
+        os.execv(sys.executable, [sys.executable, "-m", "warpdrape", *job["argv"]])
     signal.signal(signal.SIGINT, signal.default_int_handler)
     library = ctypes.CDLL(None)
     library.fault_arm(job["folder"].encode(), job.get("at", 0), job.get("kind", 0))

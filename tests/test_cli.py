@@ -43,6 +43,7 @@ def test_run_writes_a_folder_and_says_what_came_out(tmp_path, capsys):
     assert summary["status"] == "completed"
     record = json.loads((out / "run.json").read_text(encoding="utf-8"))
     assert (record["parameters"]["cells"], record["parameters"]["angle_deg"]) == (6, 45.0)
+    assert record["numerics"]["stabiliser"] is None and record["plies"][0]["stabiliser_n_m"]
     with open(out / "history.csv", encoding="utf-8") as file:
         assert len(list(csv.reader(file))) == 1 + 4
     said, complaints = capsys.readouterr()

@@ -15,6 +15,7 @@ from warpdrape.scene import Scene
 SUPPLIED = {"tool_work", "clamp_work", "gravity_work", "load_work"}
 LISTED_ONLY = {"added_mass_kinetic"}  # a part of the kinetic energy
 
+SELECTIVE = {"mass_scaling": "selective", "minimum_time_step": 5e-6}
 
 STORED = ("yarn", "shear", "stabiliser")
 LOST = ("viscosity",)
@@ -68,7 +69,23 @@ def test_added_mass_has_inertia_and_no_weight(device):
     energies = balance(model, state, measure(model, state))
     assert energies.kinetic == pytest.approx(0.5 * (mass * speed**2).sum())
     assert energies.added_mass_kinetic == pytest.approx(0.5 * (added * speed**2).sum())
-    assert energies.gravity_work == pytest.approx(10.0 * ((mass - added) * drop).sum())
+    fallen = drop + 0.5 * model.timing.time_step * 0.8 * speed  # when the velocities were these
+    assert energies.gravity_work == pytest.approx(10.0 * ((mass - added) * fallen).sum())
+
+
+@pytest.mark.parametrize("numerics", [{}, {"damping": 300.0}, SELECTIVE], ids=str)
+@pytest.mark.parametrize("steps", [1, 2, 5, 40])
+def test_a_fall_is_in_balance_from_the_first_step_on(steps, numerics, device):
+    """Gravity's work is counted at the velocities' time: nothing is left however few the steps."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.1, cells=3)
+    given = {"name": "fall", "plies": [ply], "numerics": Numerics(contact="exact", **numerics)}
+    step = build_model(Scene(**given, duration=1e-3), device, 1).timing.time_step
+    scene = Scene(**given, duration=0.99 * steps * step, gravity=(3.0, 0.0, -9.81))
+    result = scene.run(device=device, frames=1)
+    history, summary = result.history, result.summary
+    assert (summary["steps"], summary["status"]) == (steps, "completed")
+    assert summary["energy_error"] < 1e-9
+    assert history["kinetic_j"][-1] > 0.9 * history["external_work_j"][-1] > 0.0
 
 
 @pytest.mark.parametrize("averaging", ["pairs", "plain"])

@@ -1,6 +1,7 @@
 """A run that is killed at any moment, at any write, goes on to the result it would have had."""
 
 import signal
+from collections import Counter
 
 import pytest
 from fault_checks import AT_BLOCKS, assert_whole_files, kill_and_resume, kill_at_random
@@ -10,6 +11,7 @@ from warpdrape.restart import read_restart
 
 BEFORE, MIDST = -1, -2
 """A kill before a call that changes the folder; and in its midst, a write done by half."""
+PARTS = 20
 
 
 def test_killed_at_some_writes(server, whole, tmp_path):
@@ -59,12 +61,14 @@ def test_killed_at_every_write_of_going_on(kind, server, whole, tmp_path):
 
 
 @pytest.mark.slow
-def test_killed_at_a_thousand_random_moments(server, whole, tmp_path):
-    folder, done = whole
-    left = list(kill_at_random(server, tmp_path / "run", folder, done["seconds"], 1000))
-    kinds = {state: left.count(state) for state in set(left)}
-    print("\n".join(f"{count:5} {state}" for state, count in kinds.items()))
-    assert len(kinds) > 4
+@pytest.mark.parametrize("part", range(PARTS))
+def test_killed_at_a_thousand_random_moments(part, server, whole, tmp_path):
+    """In parts that run alone too; with ``-s`` they say what the kills left."""
+    folder, _ = whole
+    left = Counter(kill_at_random(server, tmp_path / "run", folder, 1000 // PARTS, seed=part))
+    for (names, killed), count in sorted(left.items()):
+        print(f"{part} {count:4} {'killed' if killed else 'ended'}: {names or 'nothing'}")
+    assert len(left) > 4
 
 
 @pytest.mark.parametrize(

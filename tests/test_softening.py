@@ -10,7 +10,7 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from warpdrape import Numerics, Ply, Scene, Stroke
 from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import stabiliser_stiffness
+from warpdrape.forces.membrane_stiffness import stabiliser_stiffness
 from warpdrape.materials.law_data import tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.materials.softening import STRAIN_WARNING, soften

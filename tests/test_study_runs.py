@@ -354,18 +354,26 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_study_that_is_killed_goes_on(how, tmp_path):
-    """Its workers end with it; a Ctrl-C reports what there is."""
+@pytest.mark.parametrize(
+    ("how", "kill"),
+    [(signal.SIGKILL, os.kill), (signal.SIGINT, os.kill), (signal.SIGINT, os.killpg)],
+)
+def test_a_study_that_is_killed_goes_on(how, kill, tmp_path):
+    """Its workers end with it; a Ctrl-C, which reaches them too, reports what there is."""
     import psutil
 
     path, out = write_study(tmp_path, LONGER), tmp_path / "out"
     argv = [*LOCAL, str(path), "--out", str(out), "--workers", "2"]
     process = subprocess.Popen(
-        argv, cwd=tmp_path, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+        argv,
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+        start_new_session=True,
     )
     worker = _at_work(out / "runs" / "00000", psutil.Process(process.pid))
-    os.kill(process.pid, how)
+    kill(process.pid, how)
     said = process.communicate()[1]
     assert process.returncode == (-how if how == signal.SIGKILL else 1)
     if how == signal.SIGINT:

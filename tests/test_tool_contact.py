@@ -1,5 +1,7 @@
 """Contact with tools: the search against exact surfaces and brute force, and the forces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -14,7 +16,9 @@ from warpdrape.dynamics.stepping import Stepper, search_contacts
 from warpdrape.materials.laws import LinearTension
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
+from warpdrape.scenes import hemisphere
 from warpdrape.setup import Clamp
+from warpdrape.tools import profile
 from warpdrape.tools.motion import Stroke
 from warpdrape.tools.tool import Tool
 
@@ -416,6 +420,53 @@ def test_a_sharp_ridge_is_round_to_the_ply(device):
         assert near.all()
         np.testing.assert_allclose((normal * x).sum(axis=1) - level, apart - HALF, atol=1e-9)
         np.testing.assert_allclose(normal, np.tile(out, (count, 1)), atol=1e-5)
+
+
+def gap_and_push(model, state, x):
+    """Gaps of points to the one tool, and the ways in which it would push them."""
+    state.plies.x.assign(x)
+    search_contacts(model, state)
+    near, normal, level = found(model, state)
+    assert near.all()
+    return (normal * x).sum(axis=1) - level, normal.copy()
+
+
+@pytest.mark.parametrize("hollow", [False, True])
+def test_a_faceted_tool_pushes_along_the_slope_of_its_distance(hollow, device):
+    """Else sliding over its facets makes energy: pushed along means of normals, 10 % of a press."""
+    ball = Tool.from_mesh("ball", trimesh.creation.icosphere(subdivisions=2, radius=0.02))
+    ball = ball.flipped() if hollow else ball
+    model, state = searcher([ball], device, cells=20, contact="exact")
+    count, mesh, h = len(model.masses.mass), ball.surface.mesh, 1e-7
+    rng = np.random.default_rng(4)
+    surface, facet = trimesh.sample.sample_surface(mesh, count, seed=5)
+    off = rng.uniform(0.5, 1.1, (count, 1)) * HALF
+    x = np.asarray(surface + off * mesh.face_normals[facet])
+    corner = ball.vertices[rng.integers(len(ball.vertices), size=count)]  # each third by one
+    x[::3] = (corner * (1.0 + (-off if hollow else off) / 0.02))[::3]
+    x[::3] += rng.uniform(-5e-6, 5e-6, (count, 3))[::3]
+    gap, push = gap_and_push(model, state, x)
+    np.testing.assert_allclose(gap, distances(x, mesh.triangles) - HALF, atol=2e-9)
+    slope, smooth = np.zeros_like(x), np.ones(count, dtype=bool)
+    for k, step in enumerate(h * np.eye(3)):
+        (more, one), (less, other) = (gap_and_push(model, state, x + s) for s in (step, -step))
+        slope[:, k] = (more - less) / (2.0 * h)
+        for beside in (one, other):  # in a hollow edge it has none
+            smooth &= np.linalg.norm(push - beside, axis=1) < 0.01
+    assert smooth.mean() > 0.95
+    np.testing.assert_allclose(push[smooth], slope[smooth], atol=2e-3)
+
+
+def test_a_press_with_coarse_facets_makes_no_energy(monkeypatch):
+    """Facets that turn by 17° from one to the next, without the true surface's normals."""
+    monkeypatch.setattr(profile, "FACET_ANGLE", np.radians(17.0))
+    scene = hemisphere.build(cells=12, duration=0.02, facet=22e-3)
+    tools = [
+        replace(tool, surface=Tool.from_mesh(tool.name, tool.surface.mesh).surface)
+        for tool in scene.tools
+    ]
+    result = replace(scene, tools=tools).run(frames=4)
+    assert result.completed and result.summary["energy_error"] < 5e-3
 
 
 def test_a_sharp_box_below_a_ply_touches_nothing():

@@ -27,6 +27,8 @@ APPROACHES = {
 
 Those of `warpdrape.simulation` differ by the force of the plies' membranes:
 `warpdrape.dynamics.interactions.MEMBRANES`."""
+PAIRED = frozenset({SEMI_DISCRETE, "green_naghdi", "fibre_frame"})
+"""Those whose triangles share yarn strains in pairs, which a stabiliser holds together."""
 
 
 def solver_of(approach: str) -> Callable[..., Result]:

@@ -30,7 +30,7 @@ class Numerics:
     Attributes:
         averaging: "pairs" shares yarn strains between two triangles; "plain" does not.
         stabiliser: κ of what keeps the strains of a pair's triangles alike, in units of the initial
-            shear stiffness [-]; None for one that grows with a ply's triangles.
+            shear stiffness [-]; None for one that grows as 1/h², patch by patch.
         stabiliser_floor: least stabiliser, as a share of the yarn stiffness [-].
         damping: mass-proportional damping rate [1/s]; or pairs (time [s], rate [1/s]) through which
             it goes smoothly, the ends holding before and after: none while a ply is formed, some

@@ -3,10 +3,13 @@
 import warp as wp
 
 from .facets import PlyFacets, unit_normal
-from .ridges import PlyEdges, Ridges, room_over
+from .ridges import BOTH, PlyEdges, Ridges, corner_across, room_over
 
 PARALLEL = wp.constant(wp.float64(1e-4))
 """Sine squared of the angle between two edges below which their vertices alone touch."""
+LEANING = wp.constant(wp.float64(0.25))
+"""Slope over a ply up to which what crosses its border comes from beyond it, not from inside, 14°:
+what lies flat on the border does."""
 
 
 @wp.struct
@@ -22,49 +25,64 @@ class Crossing:
     rise: wp.float64  # of the tangent plane over the place on the other, less the thickness [m]
 
 
-@wp.func
-def normal_beside(facets: PlyFacets, edges: PlyEdges, now: Ridges, e: int, side: int) -> wp.vec3d:
-    """Unit normal of a facet beside a ridge, on the side to which that sticks out."""
-    return wp.float64(now.ways[e]) * unit_normal(facets, edges.sides[e][side], now.x)
+@wp.struct
+class Outer:
+    """Directions in which a ridge is the nearest place of its ply: those between two."""
+
+    one: wp.vec3d
+    other: wp.vec3d
 
 
 @wp.func
-def is_between(n: wp.vec3d, one: wp.vec3d, other: wp.vec3d) -> bool:
-    """Whether a direction across an edge lies between the normals beside it."""
-    turn = wp.cross(one, other)
+def outer_of(facets: PlyFacets, edges: PlyEdges, now: Ridges, e: int, way: int) -> Outer:
+    """Where a ridge is nearest on a side: between the facets' normals, beside the ply at a border.
+
+    At a border that is from the facet's normal, or slightly inward, to where the ply ends.
+    """
+    outer = Outer()
+    outer.one = wp.float64(way) * unit_normal(facets, edges.sides[e][0], now.x)
+    if now.ways[e] == BOTH:
+        ends = edges.ends[e]
+        along = wp.normalize(now.x[ends[1]] - now.x[ends[0]])
+        outward = now.x[ends[0]] - now.x[corner_across(facets, edges.sides[e][0], ends)]
+        outer.other = wp.normalize(outward - wp.dot(outward, along) * along)
+        outer.one -= LEANING * outer.other
+    else:
+        outer.other = wp.float64(way) * unit_normal(facets, edges.sides[e][1], now.x)
+    return outer
+
+
+@wp.func
+def is_between(n: wp.vec3d, outer: Outer) -> bool:
+    """Whether a direction across a ridge is one in which that is the nearest place."""
+    turn = wp.cross(outer.one, outer.other)
     zero = wp.float64(0.0)
-    return wp.dot(wp.cross(one, n), turn) >= zero and wp.dot(wp.cross(n, other), turn) >= zero
+    return (
+        wp.dot(wp.cross(outer.one, n), turn) >= zero
+        and wp.dot(wp.cross(n, outer.other), turn) >= zero
+    )
 
 
 @wp.func
-def way_across(
-    facets: PlyFacets, edges: PlyEdges, now: Ridges, e: int, f: int, held: bool, across: wp.vec3d
-) -> wp.vec3d:
+def way_across(one: Outer, other: Outer, held: bool, across: wp.vec3d) -> wp.vec3d:
     """Direction from one ridge to another on its outer side; zero unless they face each other.
 
     Args:
-        facets: of all plies.
-        edges: likewise.
-        now: where the ridges are.
-        e: the one.
-        f: the other.
+        one: where the one is nearest.
+        other: where the other is.
         held: whether it is enough that each is on the outer side of the other; else each must be
             the nearest place of its sheet.
         across: unit vector across both.
     """
     none = wp.vec3d()
     zero = wp.float64(0.0)
-    e1 = normal_beside(facets, edges, now, e, 0)
-    e2 = normal_beside(facets, edges, now, e, 1)
-    f1 = normal_beside(facets, edges, now, f, 0)
-    f2 = normal_beside(facets, edges, now, f, 1)
     n = across
-    if wp.dot(n, e1 + e2) < zero:
+    if wp.dot(n, one.one + one.other) < zero:
         n = -n
-    if wp.dot(n, f1 + f2) >= zero:
+    if wp.dot(n, other.one + other.other) >= zero:
         return none
     if not held:
-        if not (is_between(n, e1, e2) and is_between(-n, f1, f2)):
+        if not (is_between(n, one) and is_between(-n, other)):
             return none
     return n
 
@@ -75,7 +93,9 @@ def cross_at(
     edges: PlyEdges,
     now: Ridges,
     e: int,
+    way: int,
     f: int,
+    way_back: int,
     held: bool,
     thickness: wp.float64,
     rooms: wp.float64,
@@ -91,7 +111,9 @@ def cross_at(
         edges: likewise.
         now: where the ridges are.
         e: the edge that looks.
+        way: to which side of its ply.
         f: the other one.
+        way_back: to which side of its own ply that one looks.
         held: whether e has held f so far.
         thickness: of the mid-surfaces in contact [m].
         rooms: 1 for room in hollows, 0 for none.
@@ -111,12 +133,15 @@ def cross_at(
     t = wp.dot(wp.cross(q - p, u), across) / square
     if s <= zero or s >= one or t <= zero or t >= one:
         return found
-    n = way_across(facets, edges, now, e, f, held, across / wp.sqrt(square))
+    mine = outer_of(facets, edges, now, e, way)
+    n = way_across(
+        mine, outer_of(facets, edges, now, f, way_back), held, across / wp.sqrt(square)
+    )
     if wp.length_sq(n) == zero:
         return found
     offset = p + s * u - q - t * v
-    room_e, slope_e = room_over(edges, now, e, s)
-    room_f, slope_f = room_over(edges, now, f, t)
+    room_e, slope_e = room_over(edges, now, e, way, s)
+    room_f, slope_f = room_over(edges, now, f, way_back, t)
     between = rooms * (room_e + room_f) - wp.dot(n, offset)
     if between <= zero and not held:
         return found

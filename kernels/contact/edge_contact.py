@@ -4,7 +4,8 @@ Vertices against triangles let two sharp folds pass each other between their ver
 them is the pair of edges that stick out towards each other, each *ridge* the nearest place of its
 own sheet: the direction between them lies between the normals of the facets on either side of both.
 Only such pairs are held. On smooth plies there are none: one of two that lie on each other is
-hollow where the other bulges.
+hollow where the other bulges. A ply's border is a ridge too, on both sides: it is nearest from
+beside the ply.
 
 A slot is an edge: it holds the ridge that comes nearest to it on the side to which it sticks out.
 An edge belongs to its end of the lower number.
@@ -185,8 +186,9 @@ def find_edge_contacts(
 ):
     """Find the ridge nearest to each ridge of a ply, on the side to which it sticks out.
 
-    A sweep over vertices, for the edges that begin there. An edge looks at the next ply there, at
-    those beyond where that is not in sight, and where its own has folded at that. Between searches
+    A sweep over vertices, for the edges that begin there. An edge looks at the next ply there, on
+    a border on both sides, at those beyond where that is not in sight, and where its own has folded
+    at that. Between searches
     in which all ask it looks at the ridge that was nearest and at those beside it, once that may
     have come near.
 

@@ -6,7 +6,7 @@ from .crossing import Crossing, apart, cross_at
 from .facets import PlyFacets
 from .folds import Patches
 from .ply_contact import PlyStack
-from .ridges import PlyEdges, Ridges
+from .ridges import BOTH, PlyEdges, Ridges, sticks_out
 from .self_contact import FlatPly
 from .surface import to_single
 
@@ -62,13 +62,27 @@ def are_another_fold(flat: FlatPly, edges: PlyEdges, e: int, f: int) -> bool:
 
 
 @wp.func
-def may_meet(sheets: Sheets, now: Ridges, look: Look, f: int, ply: int) -> bool:
-    """Whether another edge is a ridge that may touch the one that looks."""
-    if now.ways[f] == 0:
-        return False
+def way_to(now: Ridges, look: Look, ply: int) -> int:
+    """To which side of its own ply an edge looks for another ply, or for its own."""
     if look.ply == ply:
-        return are_another_fold(sheets.flat, sheets.edges, look.edge, f)
-    return now.ways[f] == -now.ways[look.edge]
+        return now.ways[look.edge]
+    return wp.where(ply > look.ply, 1, -1)
+
+
+@wp.func
+def may_meet(sheets: Sheets, now: Ridges, look: Look, f: int, ply: int) -> bool:
+    """Whether another edge is a ridge that may touch the one that looks.
+
+    Plies meet in their order: the upper one's edges those that stick out upwards from the lower
+    one. In one ply borders are left to its vertices.
+    """
+    e = look.edge
+    if look.ply == ply:
+        if now.ways[f] == 0 or now.ways[f] == BOTH or now.ways[e] == BOTH:
+            return False
+        return are_another_fold(sheets.flat, sheets.edges, e, f)
+    way = way_to(now, look, ply)
+    return sticks_out(now, e, way) and sticks_out(now, f, -way)
 
 
 @wp.func
@@ -98,7 +112,9 @@ def look_at_edge(sheets: Sheets, now: Ridges, look: Look, f: int, ply: int, seen
     if gap < look.reach:
         rooms = wp.where(look.ply == ply, wp.float64(0.0), wp.float64(1.0))
         held = look.held == f + 1
-        there = cross_at(sheets.facets, edges, now, e, f, held, thickness, rooms)
+        way = way_to(now, look, ply)
+        back = wp.where(look.ply == ply, now.ways[f], -way)
+        there = cross_at(sheets.facets, edges, now, e, way, f, back, held, thickness, rooms)
         if there.other > 0 and (seen.best.other == 0 or there.gap < seen.best.gap):
             seen.best = there
             seen.best.ply = ply
@@ -126,14 +142,24 @@ def look_at_ply(sheets: Sheets, now: Ridges, look: Look, ply: int, seen: Seen) -
 
 
 @wp.func
+def look_one_way(sheets: Sheets, now: Ridges, look: Look, way: int, seen: Seen) -> Seen:
+    """What a ridge sees of the next ply in sight on a side, +1 above it, −1 below."""
+    count = sheets.stack.half.shape[0]
+    ply = look.ply + way
+    seen.ply = 0
+    while ply >= 0 and ply < count:
+        seen = look_at_ply(sheets, now, look, ply, seen)
+        ply = wp.where(seen.ply == 1, count, ply + way)
+    return seen
+
+
+@wp.func
 def look_everywhere(sheets: Sheets, now: Ridges, look: Look, seen: Seen) -> Seen:
     """What a ridge sees of the next ply in sight on its side, and of its own where that folded."""
     e = look.edge
-    count = sheets.stack.half.shape[0]
-    ply = look.ply + now.ways[e]
-    while ply >= 0 and ply < count:
-        seen = look_at_ply(sheets, now, look, ply, seen)
-        ply = wp.where(seen.ply == 1, count, ply + now.ways[e])
+    for way in range(-1, 2, 2):
+        if sticks_out(now, e, way):
+            seen = look_one_way(sheets, now, look, way, seen)
     patch = sheets.patches.of_vertex[sheets.edges.ends[e][0]]
     if sheets.folds[look.ply] == 1 and sheets.patches.folded[patch] == 1:
         seen = look_at_ply(sheets, now, look, look.ply, seen)

@@ -4,29 +4,25 @@ import warp as wp
 
 from ..sweep import Sweep
 from .surface import barycentric, is_on_border, to_single, weighted
-from .tool_contact import (
-    ToolPlane,
-    ToolSurfaces,
-    is_near,
-    nearest_facet,
-    no_plane,
-    plane_gap,
-    tangent_plane,
-)
+from .tool_facets import ToolSurfaces, nearest_facet
+from .tool_planes import ToolPlane, is_near, no_plane, plane_gap, tangent_plane
 
 
 @wp.func
 def plane_near(
     surfaces: ToolSurfaces,
     tool: int,
+    facet: int,
     at: wp.vec3d,
     half: wp.float64,
     radius: wp.float64,
     beside: ToolPlane,
 ) -> ToolPlane:
-    """Plane of a tool near a place in its frame, on the side on which a place beside it lies."""
+    """Plane of a tool near a place in its frame, on the side on which a place beside it lies.
+
+    ``facet`` is the nearest one, −1 if none is near.
+    """
     plane = no_plane()
-    facet = nearest_facet(surfaces, tool, at, radius, radius)
     if facet >= 0:
         zero = wp.float64(0.0)
         held = is_near(beside)
@@ -37,12 +33,11 @@ def plane_near(
 
 
 @wp.func
-def beyond_rim(surfaces: ToolSurfaces, tool: int, at: wp.vec3d, radius: wp.float64) -> wp.float64:
+def beyond_rim(surfaces: ToolSurfaces, facet: int, at: wp.vec3d) -> wp.float64:
     """Distance [m] of a place from the rim of an open tool, beyond which it lies; −1 elsewhere.
 
     A ply that bends over a rim lies beside the tool there, and behind its face, but not in it.
     """
-    facet = nearest_facet(surfaces, tool, at, radius, radius)
     a = surfaces.corners[facet, 0]
     b = surfaces.corners[facet, 1]
     c = surfaces.corners[facet, 2]
@@ -96,7 +91,8 @@ def find_vertex_planes(
     """
     for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
         at = wp.transpose(turned) * (x[i] - shift)
-        plane = plane_near(surfaces, tool, at, half[i], radius, no_plane())
+        facet = nearest_facet(surfaces, tool, at, radius, radius)
+        plane = plane_near(surfaces, tool, facet, at, half[i], radius, no_plane())
         if surfaces.open[tool] == 1 and is_near(plane) and plane_gap(plane, at) < -half[i]:
             # It is on the sheet's other side, no deeper than half in it.
             plane.normal = -plane.normal
@@ -147,10 +143,15 @@ def find_face_depths(
         offset = half[corner[0]]
         place = weighted(w, x[corner[0]], x[corner[1]], x[corner[2]])
         at = wp.transpose(turned) * (place - shift)
+        asked = False
+        facet = int(-1)
         deepest = wp.float64(0.0)
         for c in range(3):
             if w[c] > zero and is_near(planes[corner[c]]):
-                plane = plane_near(surfaces, tool, at, offset, radius, planes[corner[c]])
+                if not asked:
+                    facet = nearest_facet(surfaces, tool, at, radius, radius)
+                    asked = True
+                plane = plane_near(surfaces, tool, facet, at, offset, radius, planes[corner[c]])
                 depth = wp.float64(0.0)
                 if is_near(plane):
                     depth = -plane_gap(plane, at)
@@ -159,7 +160,7 @@ def find_face_depths(
                     depth = wp.where(passes(surfaces, tool, start, at), depth, zero)
                 deepest = wp.max(deepest, depth)
         if deepest > zero:
-            beyond = beyond_rim(surfaces, tool, at, radius)
+            beyond = beyond_rim(surfaces, facet, at)
             if beyond >= zero:
                 deepest = wp.max(offset - beyond, zero)
         depths[k] = deepest

@@ -144,7 +144,8 @@ def plane_on_side(
 
     A vertex changes sides past the ply's border, once it is a thickness beyond the mid-surface and
     so touches neither side. One that comes in sight, or back from where it was left alone, takes
-    the side on which it is then.
+    the side into which it reaches less deep: room in a hollow makes no vertex that has come over a
+    border lie on the other side of the ply.
 
     Args:
         facets: of all plies.
@@ -160,10 +161,12 @@ def plane_on_side(
     side_now = wp.where(across == 1, -side, side)
     plane = plane_of(facets, nearest, side_now, thickness, x, normals, hollows)
     far = plane.beyond > 0 and plane.height < -thickness
-    new = before == 2 and plane.beyond == 0 and plane.height < wp.float64(0.0)
+    new = before == 2 and plane.beyond == 0 and plane.gap < wp.float64(0.0)
     if far or new:
-        across = 1 - across
-        plane = plane_of(facets, nearest, -side_now, thickness, x, normals, hollows)
+        other = plane_of(facets, nearest, -side_now, thickness, x, normals, hollows)
+        if far or other.gap > plane.gap:
+            across = 1 - across
+            plane = other
     if before == 2 and plane.beyond == 1 and plane.gap < -wp.float64(0.5) * thickness:
         plane.beyond = 2  # not from nothing to one and a half thicknesses deep
     plane.across = wp.where(plane.beyond == 2, 2, across)

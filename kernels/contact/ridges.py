@@ -1,4 +1,4 @@
-"""Ridges: edges at which a ply is bent sharply, and to which side they stick out."""
+"""Ridges: edges at which a ply is bent sharply or ends, and to which side they stick out."""
 
 import warp as wp
 
@@ -9,6 +9,8 @@ SHARP = wp.constant(wp.float64(0.5))
 """Angle between the facets beside an edge from which on it is a ridge [rad], 29°. Between its ends,
 which vertices hold, a flatter one reaches at most an eighth of its length through another: no more
 than the room that vertices allow each other in hollows."""
+BOTH = wp.constant(2)
+"""Way of an edge on a border, which sticks out to both sides."""
 
 
 @wp.struct
@@ -29,33 +31,46 @@ class Ridges:
 
     x: wp.array(dtype=wp.vec3d)  # positions [m], shape [vertex]
     hollows: wp.array(dtype=wp.vec2d)  # room on the hollow sides, above and below [m], [vertex]
-    ways: wp.array(dtype=wp.int32)  # to which side edges stick out, shape [edge]
+    ways: wp.array(dtype=wp.int32)  # to which side edges stick out, or `BOTH`, shape [edge]
 
 
 @wp.func
-def room_over(edges: PlyEdges, now: Ridges, e: int, share: wp.float64):
+def sticks_out(now: Ridges, e: int, way: int) -> bool:
+    """Whether an edge is a ridge towards a side of its ply: +1 above it, −1 below."""
+    return now.ways[e] == way or now.ways[e] == BOTH
+
+
+@wp.func
+def room_over(edges: PlyEdges, now: Ridges, e: int, way: int, share: wp.float64):
     """Room [m] in the hollow along a ridge, as vertices have it, and its rise to the second end."""
-    face = wp.where(now.ways[e] > 0, 0, 1)
+    face = wp.where(way > 0, 0, 1)
     first = now.hollows[edges.ends[e][0]][face]
     rise = now.hollows[edges.ends[e][1]][face] - first
     return first + share * rise, rise
 
 
 @wp.func
+def corner_across(facets: PlyFacets, facet: int, ends: wp.vec2i) -> int:
+    """Vertex of a facet that is no end of its edge."""
+    corners = facets.corners[facet]
+    across = corners[2]
+    for k in range(2):
+        if corners[k] != ends[0] and corners[k] != ends[1]:
+            across = corners[k]
+    return across
+
+
+@wp.func
 def ridge_of(facets: PlyFacets, edges: PlyEdges, e: int, x: wp.array(dtype=wp.vec3d)) -> int:
-    """To which side an edge sticks out: +1 up, −1 down, 0 where it is flat or on a border."""
+    """To which side an edge sticks out: +1 up, −1 down, 0 where it is flat, `BOTH` at a border."""
     beside = edges.sides[e]
     if beside[1] < 0:
-        return 0
+        return BOTH
     one = unit_normal(facets, beside[0], x)
     if wp.dot(one, unit_normal(facets, beside[1], x)) > wp.cos(SHARP):
         return 0
-    corners = facets.corners[beside[1]]
     ends = edges.ends[e]
-    rise = wp.float64(0.0)
-    for k in range(3):
-        if corners[k] != ends[0] and corners[k] != ends[1]:
-            rise = wp.dot(x[corners[k]] - x[ends[0]], one)
+    rise = wp.dot(x[corner_across(facets, beside[1], ends)] - x[ends[0]], one)
     return wp.where(rise < wp.float64(0.0), 1, -1)
 
 
@@ -77,7 +92,7 @@ def find_ridges(
         edges: likewise.
         x: positions [m], shape [vertex].
         pressing: whether an edge may touch before the next search, shape [edge].
-        ridges: +1 up, −1 down, 0 where flat, shape [edge]; overwritten.
+        ridges: +1 up, −1 down, 0 where flat, `BOTH` at borders, shape [edge]; overwritten.
         watched: whether edges of a vertex are ridges or touch, shape [vertex]; overwritten.
     """
     for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):

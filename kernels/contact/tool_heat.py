@@ -3,7 +3,8 @@
 import warp as wp
 
 from .heat import covered
-from .tool_contact import ToolHold, ToolPlane, may_touch
+from .tool_contact import ToolHold, may_touch
+from .tool_planes import ToolPlane
 
 
 @wp.kernel(enable_backward=False)

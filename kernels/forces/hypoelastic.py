@@ -73,7 +73,7 @@ class Sheets:
     triangles: wp.array2d(dtype=wp.int32)  # vertices, shape [triangle, 3]
     gradients: wp.array(dtype=wp.vec4d)  # D [1/m], shape [triangle]
     areas: wp.array(dtype=wp.float64)  # flat [m²], shape [triangle]
-    stabiliser: wp.float64  # κ C'(0) [N/m]
+    stabiliser: wp.array(dtype=wp.float64)  # κ C'(0) [N/m], shape [patch]
     rest: wp.vec2d  # cos θ0 and sin θ0 of the flat ply [-]
     viscosity: wp.vec2d  # line tension of warp and weft per change of strain in a step [N/m]
 
@@ -159,7 +159,9 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         return out
 
     @wp.func
-    def step_patch(known: PatchState, step: PatchStep, law: Tension, sheets: Sheets) -> PatchState:
+    def step_patch(
+        known: PatchState, patch: int, step: PatchStep, law: Tension, sheets: Sheets
+    ) -> PatchState:
         """State after a step; work and loss are those of the nodal forces, to rounding."""
         half = wp.float64(0.5) * step.area
         out = PatchState()
@@ -169,7 +171,7 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         drawn = wp.dot(known.tension, step.before) + wp.dot(out.tension, step.after)
         mean = wp.dot(known.strain, step.before) + wp.dot(out.strain, step.after)
         out.work = known.work + wp.vec3d(
-            half * drawn, step.sheared, sheets.stabiliser * (step.apart - half * mean)
+            half * drawn, step.sheared, sheets.stabiliser[patch] * (step.apart - half * mean)
         )
         drag = wp.cw_mul(known.change, step.before) + wp.cw_mul(step.change, step.after)
         out.lost = known.lost + half * wp.dot(sheets.viscosity, drag)
@@ -200,13 +202,13 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         """
         patch = first + wp.tid()
         step = step_sheets(sheets, patch, shear_law, x, states, states)
-        now = step_patch(patches[patch], step, tension_law, sheets)
+        now = step_patch(patches[patch], patch, step, tension_law, sheets)
         patches[patch] = now
         line = now.tension + wp.cw_mul(sheets.viscosity, now.change)
         for slot in range(sheets.offsets[patch], sheets.offsets[patch + 1]):
             t = sheets.members[slot]
             sheet = states[t]
-            own = line + sheets.stabiliser * (first_two(sheet.strain) - now.strain)
+            own = line + sheets.stabiliser[patch] * (first_two(sheet.strain) - now.strain)
             across = rows(metric(sheet.warp, sheet.weft), sheets.rest)
             stress = wp.transpose(across) * wp.vec3d(own[0], own[1], sheet.couple)
             stress *= sheets.areas[t]
@@ -253,7 +255,7 @@ def make_hypoelastic(rows, tension, shear, Tension, Shear, woven):
         """
         patch = wp.tid()
         step = step_sheets(sheets, patch, shear_law, x, states, moved)
-        now = step_patch(patches[patch], step, tension_law, sheets)
+        now = step_patch(patches[patch], patch, step, tension_law, sheets)
         work[patch] = now.work
         lost[patch] = now.lost
         for slot in range(sheets.offsets[patch], sheets.offsets[patch + 1]):

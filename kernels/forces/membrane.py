@@ -141,7 +141,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         areas: wp.array(dtype=wp.float64),
         tension_law: Tension,
         shear_law: Shear,
-        stabiliser: wp.float64,
+        stabiliser: wp.array(dtype=wp.float64),
         rest_angle: wp.float64,
         viscosity: wp.vec2d,
         x: wp.array(dtype=wp.vec3d),
@@ -173,7 +173,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
             d = gradients[t]
             k1 = warp_vector(d, x[b] - x[a], x[c] - x[a])
             k2 = weft_vector(d, x[b] - x[a], x[c] - x[a])
-            own = line + stabiliser * (triangle_strain(k1, k2) - mean)
+            own = line + stabiliser[patch] * (triangle_strain(k1, k2) - mean)
             lengths = wp.vec2d(wp.length(k1), wp.length(k2))
             loads = yarn_loads(k1, k2, lengths, own, shear_law, rest_angle)
             add_triangle_loads(a, b, c, d, areas[t] * loads.warp, areas[t] * loads.weft, f)
@@ -187,7 +187,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         areas: wp.array(dtype=wp.float64),
         tension_law: Tension,
         shear_law: Shear,
-        stabiliser: wp.float64,
+        stabiliser: wp.array(dtype=wp.float64),
         rest_angle: wp.float64,
         x: wp.array(dtype=wp.vec3d),
         strain: wp.array(dtype=wp.vec2d),
@@ -204,7 +204,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
             areas: initial areas [m²], shape [triangle].
             tension_law: line tension law [N/m].
             shear_law: shear couple law [N/m].
-            stabiliser: κ C'(0) [N/m].
+            stabiliser: κ C'(0) [N/m], shape [patch].
             rest_angle: angle between warp and weft of the flat ply [rad].
             x: positions [m], shape [vertex].
             strain: patch mean of the yarn strains [-], shape [triangle]; overwritten.
@@ -231,7 +231,7 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
             energy[t] = areas[t] * wp.vec3d(
                 yarn_energy,
                 shear_energy(shear_law, shear_angle(k1, k2, rest_angle)),
-                wp.float64(0.5) * stabiliser * wp.dot(own, own),
+                wp.float64(0.5) * stabiliser[patch] * wp.dot(own, own),
             )
 
     return add_patch_forces, measure

@@ -38,6 +38,7 @@ class TwoPairs:
     weft_at_j: wp.vec4d  # 1/m
     weft_at_tip: wp.vec4d  # 1/m
     areas: wp.vec4d  # m², initial
+    stabiliser: wp.vec4d  # κ C'(0) of each pair [N/m]
 
 
 @wp.struct
@@ -106,7 +107,6 @@ def make_pair_forces(tension, shear, Tension, Shear):
         pairs: wp.array(dtype=TwoPairs),
         tension_law: Tension,
         shear_law: Shear,
-        stabiliser: wp.float64,
         rest_angle: wp.float64,
         viscosity: wp.vec2d,
         x: wp.array(dtype=wp.vec3d),
@@ -120,7 +120,6 @@ def make_pair_forces(tension, shear, Tension, Shear):
             pairs: shape [pairs / 2].
             tension_law: line tension law [N/m].
             shear_law: shear couple law [N/m].
-            stabiliser: κ C'(0) [N/m].
             rest_angle: angle between warp and weft of the flat ply [rad].
             viscosity: of warp and weft, line tension per change of strain in a step [N/m].
             x: positions [m], shape [vertex].
@@ -165,8 +164,8 @@ def make_pair_forces(tension, shear, Tension, Shear):
             line_p += wp.cw_mul(viscosity, wp.vec2d(change[0], change[1]))
             line_q += wp.cw_mul(viscosity, wp.vec2d(change[2], change[3]))
             memory[first + wp.tid()] = after_step(known, now, change, viscosity, two.areas)
-        line1 = of_pairs(line_p[0], line_q[0]) + stabiliser * (length1 - mean1)
-        line2 = of_pairs(line_p[1], line_q[1]) + stabiliser * (length2 - mean2)
+        line1 = of_pairs(line_p[0], line_q[0]) + wp.cw_mul(two.stabiliser, length1 - mean1)
+        line2 = of_pairs(line_p[1], line_q[1]) + wp.cw_mul(two.stabiliser, length2 - mean2)
 
         # γ = θ0 − π/2 + arcsin(cos θ)
         inverse12 = wp.cw_mul(inverse1, inverse2)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -78,8 +79,12 @@ class Pairing:
         return patch
 
 
+@lru_cache(maxsize=32)
 def pair_triangles(mesh: FlatMesh) -> Pairing:
-    """Pair triangles over shared edges into well-shaped quads; no two neighbours are left over."""
+    """Pair triangles over shared edges into well-shaped quads; no two neighbours are left over.
+
+    Kept for the meshes asked for last.
+    """
     dual = _dual_graph(mesh)
     mate = np.full(len(mesh.triangles), -1)
     _pair_heaviest_links(dual, mate)

@@ -10,7 +10,7 @@ from warpdrape.checks.picture import draw_start
 from warpdrape.checks.words import cautions, geometry_words
 from warpdrape.contact.closing import closing_tools
 from warpdrape.defects.limits import Limits
-from warpdrape.fishnet_run import unseen
+from warpdrape.fishnet_result import unseen
 from warpdrape.results.progress import in_words
 from warpdrape.setup import Setup
 from warpdrape.simulation import prepare

@@ -19,7 +19,7 @@ FLAT, UNUSUAL = 1e-3, 0.01
 if it is undercut or lies under something [-]."""
 LEVEL, SHARP, TURN = 1.0, 35.0, 3.0
 """Turns from one facet to the next from which on they are on a rounding, or on an edge, and beyond
-which facets are coarse: 17° made 9 % of the energy of a box, 5° made 3 % [deg]."""
+which facets are coarse: over a radius r they lie up to r (1 - cos ½ turn) off it [deg]."""
 LIKELY = (30e-3, 5.0)
 """Widths between which a mould's unit is not doubted [m]."""
 
@@ -98,9 +98,8 @@ def _doubts(mould: Mould, kind: str | None) -> list[str]:
         rounded = angles[(angles > LEVEL) & (angles < SHARP)]
         if len(rounded) and (turn := float(np.median(rounded))) > TURN:
             told.append(
-                f"Its facets turn by {turn:.2g}° from one to the next on roundings, over which "
-                "plies slide with an energy that is off by some per cent: export it with "
-                f"{TURN:g}° or less, or as STEP."
+                f"Its facets turn by {turn:.2g}° from one to the next on roundings, and plies feel "
+                f"each as flat, and its edges: export it with {TURN:g}° or less, or as STEP."
             )
     looks = "female" if face.hollow else "male"
     if kind is not None and kind != looks:

@@ -35,7 +35,7 @@ class EdgeContactMemory(SlotMemory):
     """What contact of edges remembers; a slot is an edge, a pair two plies or a ply and itself.
 
     Attributes:
-        ridges: to which side edges stick out, shape [edge].
+        ridges: to which side edges stick out, 2 for both, shape [edge].
         pressing: whether an edge may touch before the next search, shape [edge].
         watched: whether edges of a vertex are ridges or touch, shape [vertex].
         touching: whether they may touch before the next search, shape [vertex].
@@ -162,11 +162,7 @@ class EdgeContact:
         points = (1.0 - share) * x[ends[:, 0]] + share * x[ends[:, 1]]
         (near,) = np.nonzero(contacts["near"])
         depths = (depths_now(contacts, points, x) - contacts["allowance"])[near]
-        firsts = [span.first_vertex for span in self.spans]
-        own, other = (
-            np.searchsorted(firsts, at[near], side="right") - 1
-            for at in (ends[:, 0], contacts["a"])
-        )
+        own, other = (self._plies_of(at[near]) for at in (ends[:, 0], contacts["a"]))
         count = len(self.scene.plies)
         pair = own * count + other
         touching = np.bincount(pair, stored[near] > 0.0, count**2)
@@ -192,15 +188,28 @@ class EdgeContact:
         pressing = np.zeros((2, vertices))
         if not forces.any():
             return pressing
-        way_out, contacts = memory.ridges.numpy(), memory.contacts.numpy()
-        ends, share = self.sheets.edges.ends.numpy(), memory.seen.numpy()["share"]
-        other = way_out[np.maximum(memory.seen.numpy()["other"] - 1, 0)]
+        contacts, ends = memory.contacts.numpy(), self.sheets.edges.ends.numpy()
+        share = memory.seen.numpy()["share"]
+        way_out, other = self._ways(memory)
         for face, way in ((UPPER, 1), (LOWER, -1)):
             mine = np.where(way_out == way, forces, 0.0)
             for end, part in ((0, 1.0 - share), (1, share)):
                 pressing[face] += np.bincount(ends[:, end], mine * part, vertices)
             pressing[face] += on_corners(contacts, np.where(other == way, forces, 0.0), vertices)
         return pressing
+
+    def _ways(self, memory: EdgeContactMemory) -> tuple[np.ndarray, np.ndarray]:
+        """To which sides of their plies edges and what they touch look, +1 up, shape [edge]."""
+        ridges, contacts = memory.ridges.numpy(), memory.contacts.numpy()
+        own = self._plies_of(self.sheets.edges.ends.numpy()[:, 0])
+        way = np.sign(self._plies_of(contacts["a"]) - own)
+        met = ridges[np.maximum(memory.seen.numpy()["other"] - 1, 0)]
+        return np.where(way == 0, ridges, way), np.where(way == 0, met, -way)
+
+    def _plies_of(self, vertices: np.ndarray) -> np.ndarray:
+        """Numbers of the plies that vertices are of."""
+        firsts = [span.first_vertex for span in self.spans]
+        return np.searchsorted(firsts, vertices, side="right") - 1
 
 
 def build(

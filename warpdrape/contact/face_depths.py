@@ -15,7 +15,7 @@ from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Run, Span, Swept
 from warpdrape.kernels.contact.face_depths import find_face_depths, find_vertex_planes
-from warpdrape.kernels.contact.tool_contact import ToolPlane
+from warpdrape.kernels.contact.tool_planes import ToolPlane
 from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.tools.pose import Pose

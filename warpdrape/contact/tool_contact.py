@@ -18,16 +18,11 @@ from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launches, Measured, Share, Span, Swept
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
-from warpdrape.kernels.contact.tool_contact import (
-    ToolHold,
-    ToolPlane,
-    ToolQuery,
-    ToolSearch,
-    ToolSurfaces,
-    add_tool_forces,
-    find_tool_contacts,
-)
+from warpdrape.kernels.contact.tool_contact import ToolHold, add_tool_forces
+from warpdrape.kernels.contact.tool_facets import ToolSurfaces
+from warpdrape.kernels.contact.tool_planes import ToolPlane
 from warpdrape.kernels.contact.tool_pose import TurningTools
+from warpdrape.kernels.contact.tool_search import ToolQuery, ToolSearch, find_tool_contacts
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing

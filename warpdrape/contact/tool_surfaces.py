@@ -11,12 +11,12 @@ from warpdrape.contact.adjacency import (
     open_edge_bits,
 )
 from warpdrape.contact.friction import rubs
-from warpdrape.kernels.contact.tool_contact import ToolSurfaces
+from warpdrape.kernels.contact.tool_facets import ToolSurfaces
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
 
 SMOOTH = 0.9999
-"""Cosine between two facets' normals at a vertex from which the edge between them is smooth [-]."""
+"""Cosine between two facets' normals from which they count as one plane [-]."""
 
 
 def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolSurfaces]:
@@ -30,7 +30,7 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     )
     facets = [len(tool.triangles) for tool in scene.tools]
     corners = [tool.vertices[tool.triangles] for tool in scene.tools]
-    normals = [tool.surface.normals for tool in scene.tools]
+    normals = [contact_normals(tool) for tool in scene.tools]
     empty = [np.zeros((0, 3, 3))]
     surfaces = ToolSurfaces()
     surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
@@ -55,28 +55,35 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     return meshes, surfaces
 
 
-def ridge_bits(tool: Tool) -> np.ndarray:
-    """Bit e where the edge across from corner e sticks out and its facets share no normals, [m].
+def contact_normals(tool: Tool) -> np.ndarray:
+    """Normals at the facets' corners that contact pushes along, shape [facet, 3, 3].
 
-    Known from the corners' normals: both facets have the same along a smooth edge.
+    Those of the true surface where it is known. Elsewhere the distance is that from the facets, and
+    the push must be along their own normals: along any others, such as means over the facets round
+    a vertex, it is not the slope of that distance, and sliding makes energy.
     """
     if tool.surface.exact:
-        return np.zeros(len(tool.triangles), dtype=np.int32)
-    triangles, normals = np.asarray(tool.triangles), np.asarray(tool.surface.normals)
-    beside = across_edges(triangles)
-    points = np.asarray(tool.vertices)
-    middle = points[triangles].mean(axis=1)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    face = np.cross(b - a, c - a)
+        return np.asarray(tool.surface.normals)
+    corners = np.asarray(tool.vertices)[tool.triangles]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(area, axis=1, keepdims=True)
+    return np.repeat((area / np.where(length > 0.0, length, 1.0))[:, None], 3, axis=1)
+
+
+def ridge_bits(tool: Tool) -> np.ndarray:
+    """Bit e where the edge across from corner e sticks out, and no true surface is known, [m].
+
+    Round such an edge the distance from the facets is that from the edge.
+    """
+    triangles = np.asarray(tool.triangles)
     bits = np.zeros(len(triangles), dtype=np.int32)
-    for corner in range(3):
-        other = beside[:, corner]
-        shared = triangles[:, (corner + 1) % 3]
-        own = normals[np.arange(len(triangles)), (corner + 1) % 3]
-        place = np.argmax(triangles[other] == shared[:, None], axis=1)
-        theirs = normals[other, place]
-        sharp = (own * theirs).sum(axis=1) < SMOOTH
+    if tool.surface.exact:
+        return bits
+    points, face = np.asarray(tool.vertices), contact_normals(tool)[:, 0]
+    middle = points[triangles].mean(axis=1)
+    for corner, other in enumerate(across_edges(triangles).T):
         out = ((middle[other] - middle) * face).sum(axis=1) < 0.0
+        sharp = (face[other] * face).sum(axis=1) < SMOOTH
         bits |= np.where((other >= 0) & sharp & out, 1 << corner, 0).astype(np.int32)
     return bits
 

@@ -14,7 +14,8 @@ import numpy as np
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared
 from warpdrape.forces.hypoelastic import StressedMembranes, build_stressed, refuse_rubber
-from warpdrape.forces.membrane import flat_gradients, stabiliser_stiffness, yarn_viscosity
+from warpdrape.forces.membrane import flat_gradients, yarn_viscosity
+from warpdrape.forces.membrane_stiffness import stabiliser_range
 from warpdrape.interaction import Span
 from warpdrape.kernels.forces.objective_rates import polar_rows
 from warpdrape.materials.law_data import shear_stiffness, tension_stiffness
@@ -99,7 +100,7 @@ def _stiffness(ply: Ply, numerics: Numerics, state: Sheared) -> tuple[tuple[floa
         return (stiffness, stiffness), 0.5 * sheet.stiffness / (1.0 + sheet.poisson)
     yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
     drag = yarn_viscosity(fabric, numerics)
-    stabiliser = stabiliser_stiffness(fabric, numerics, len(ply.mesh.triangles))
+    _, stabiliser = stabiliser_range(ply, numerics)
     warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
     return (warp, weft), shear_stiffness(fabric, abs(state.shear))
 

@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import (
     flat_gradients,
-    stabiliser_stiffness,
     strain_entries,
     summary_of_softening,
     yarn_viscosity,
 )
+from warpdrape.forces.membrane_stiffness import patch_stabilisers
+from warpdrape.forces.pairs import patches_of
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.hypoelastic import (
     PatchState,
@@ -240,19 +240,18 @@ def build_stressed_ply(
     flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
     gradients, areas = flat_gradients(ply)
     isotropic = isinstance(fabric.tension, IsotropicMembrane)
-    if numerics.averaging == "pairs" and not isotropic:
-        pairing = pair_triangles(ply.mesh)
-        offsets, members = pairing.offsets, pairing.triangles
-    else:
-        offsets, members = np.arange(len(flat) + 1), np.arange(len(flat))
+    averaging = "plain" if isotropic else numerics.averaging
+    offsets, members, _ = patches_of(ply.mesh, averaging)
     sheets = Sheets()
     sheets.offsets = wp.array(offsets, dtype=wp.int32, device=device)
     sheets.members = wp.array(members, dtype=wp.int32, device=device)
     sheets.triangles = wp.array(flat + span.first_vertex, dtype=wp.int32, device=device)
     sheets.gradients = wp.array(gradients, dtype=wp.vec4d, device=device)
     sheets.areas = wp.array(areas, dtype=wp.float64, device=device)
-    stabiliser = 0.0 if isotropic else stabiliser_stiffness(fabric, numerics, len(flat))
-    sheets.stabiliser = stabiliser
+    stabiliser = (
+        np.zeros(len(flat)) if isotropic else patch_stabilisers(ply, numerics, offsets, members)
+    )
+    sheets.stabiliser = wp.array(stabiliser, dtype=wp.float64, device=device)
     sheets.rest = wp.vec2d(np.cos(fabric.yarn_angle), np.sin(fabric.yarn_angle))
     sheets.viscosity = wp.vec2d(*yarn_viscosity(fabric, numerics))
     yarns = np.column_stack([np.stack(ply.yarn_directions), np.zeros(2)])

@@ -10,15 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
 from warpdrape.forces.membrane_stiffness import (
+    patch_stabilisers,
     sheet_stiffness,
-    stabiliser_stiffness,
     yarn_viscosity,
 )
-from warpdrape.forces.pairs import arrange_pairs
+from warpdrape.forces.pairs import arrange_pairs, patches_of
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces import membrane as kernels
 from warpdrape.kernels.forces import sheet
@@ -275,30 +274,23 @@ def _yarn_launches(
     laws = [
         tension_struct(soften(fabric, numerics.yarn_softening), device),
         shear_struct(fabric, device),
-        stabiliser_stiffness(fabric, numerics, len(areas)),
-        fabric.yarn_angle,
     ]
-    offsets, members, pairs = _patches(ply, numerics)
+    offsets, members, pairs = patches_of(ply.mesh, numerics.averaging)
     patches, paired = len(offsets) - 1, pairs - pairs % 2
+    stabiliser = patch_stabilisers(ply, numerics, offsets, members)
+    of_patches = [*laws, wp.array(stabiliser, dtype=wp.float64, device=device), fabric.yarn_angle]
     in_order = [wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)]
     loads = []
     if paired:
         halves = members[: 2 * paired].reshape(-1, 2)
-        two_pairs = arrange_pairs(np.asarray(ply.mesh.triangles), gradients, areas, halves, vertex)
+        two_pairs = arrange_pairs(
+            np.asarray(ply.mesh.triangles), gradients, areas, halves, stabiliser[:paired], vertex
+        )
         pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
-        twos = paired // 2
-        loads.append(Load(add_pair_forces, twos, [0, pair_array, *laws], PairMemory, twos))
+        inputs, twos = [0, pair_array, *laws, fabric.yarn_angle], paired // 2
+        loads.append(Load(add_pair_forces, twos, inputs, PairMemory, twos))
     if patches > paired:
-        inputs = [paired, *in_order, *common, *laws]
+        inputs = [paired, *in_order, *common, *of_patches]
         memory = kernels.PatchMemory
         loads.append(Load(add_patch_forces, patches - paired, inputs, memory, patches))
-    return tuple(loads), members, (measure, patches, [*in_order, *common, *laws])
-
-
-def _patches(ply: Ply, numerics: Numerics) -> tuple[np.ndarray, np.ndarray, int]:
-    """Where each patch's triangles begin, the triangles, and how many patches are pairs."""
-    if numerics.averaging == "pairs":
-        pairing = pair_triangles(ply.mesh)
-        return pairing.offsets, pairing.triangles, pairing.n_pairs
-    count = len(ply.mesh.triangles)
-    return np.arange(count + 1), np.arange(count), 0
+    return tuple(loads), members, (measure, patches, [*in_order, *common, *of_patches])

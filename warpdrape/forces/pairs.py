@@ -4,7 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.kernels.forces.pairs import TwoPairs
+
+
+def patches_of(mesh: FlatMesh, averaging: str) -> tuple[np.ndarray, np.ndarray, int]:
+    """Triangles that share yarn strains: pairs first, then those of three.
+
+    Args:
+        mesh: of a ply.
+        averaging: "pairs"; or "plain", where each triangle has its own.
+
+    Returns:
+        First member of each patch and their number, shape [patch + 1]; triangles by patch, shape
+        [triangle]; how many patches are pairs.
+    """
+    if averaging == "pairs":
+        pairing = pair_triangles(mesh)
+        return pairing.offsets, pairing.triangles, pairing.n_pairs
+    count = len(mesh.triangles)
+    return np.arange(count + 1), np.arange(count), 0
 
 
 def arrange_pairs(
@@ -12,6 +32,7 @@ def arrange_pairs(
     gradients: np.ndarray,
     areas: np.ndarray,
     pairs: np.ndarray,
+    stabiliser: np.ndarray,
     first_vertex: int = 0,
 ) -> np.ndarray:
     """Arrange a ply's pairs for `kernels.forces.pairs`.
@@ -21,16 +42,19 @@ def arrange_pairs(
         gradients: (D1b, D1c, D2b, D2c) [1/m], shape [m, 4].
         areas: initial areas [m²], shape [m].
         pairs: triangles, an even number of pairs, shape [p, 2].
+        stabiliser: κ C'(0) of each [N/m], shape [p].
         first_vertex: number of the ply's first vertex in the model.
 
     Returns:
         Structured array of `TwoPairs`, shape [p / 2].
     """
     quads, *of_two = pair_gradients(triangles, gradients, pairs)
-    return two_by_two(quads + first_vertex, *of_two, areas[pairs])
+    return two_by_two(quads + first_vertex, *of_two, areas[pairs], stabiliser)
 
 
-def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray) -> np.ndarray:
+def two_by_two(
+    quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndarray, stabiliser: np.ndarray
+) -> np.ndarray:
     """Arrange pairs two by two as the kernels' `TwoPairs`.
 
     Args:
@@ -38,6 +62,7 @@ def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndar
         da: D of (i, j, k) [1/m], shape [p, 4].
         db: D of (i, l, j) [1/m], shape [p, 4].
         areas: initial areas [m²], shape [p, 2].
+        stabiliser: κ C'(0) of each [N/m], shape [p].
 
     Returns:
         Structured array, shape [p / 2].
@@ -51,6 +76,7 @@ def two_by_two(quads: np.ndarray, da: np.ndarray, db: np.ndarray, areas: np.ndar
     two["warp_at_j"], two["warp_at_tip"] = lanes(da[:, 0], db[:, 1]), lanes(da[:, 1], db[:, 0])
     two["weft_at_j"], two["weft_at_tip"] = lanes(da[:, 2], db[:, 3]), lanes(da[:, 3], db[:, 2])
     two["areas"] = areas.reshape(-1, 4)
+    two["stabiliser"] = np.repeat(stabiliser, 2).reshape(-1, 4)
     return two
 
 

@@ -27,11 +27,11 @@ from warpdrape.forces import membrane
 from warpdrape.forces.curvature import gershgorin
 from warpdrape.forces.membrane import (
     Load,
-    stabiliser_stiffness,
     strain_entries,
     summary_of_softening,
     yarn_viscosity,
 )
+from warpdrape.forces.membrane_stiffness import stabiliser_stiffness
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
 from warpdrape.kernels.forces.ties import Ties, add_tie_forces, measure_ties
@@ -234,7 +234,7 @@ def build_ply_yarns(ply: Ply, numerics: Numerics, span: Span, device: str) -> Pl
         wp.array(net.areas, dtype=wp.float64, device=device),
         tension_struct(soften(fabric, numerics.yarn_softening), device),
         shear_struct(fabric, device),
-        0.0,  # no stabiliser: a quadrant has no strain but its bars'
+        wp.zeros(count, dtype=wp.float64, device=device),  # a quadrant's strain is its bars'
         fabric.yarn_angle,
     ]
     ties = Ties()
@@ -259,7 +259,7 @@ def tie_stiffness(ply: Ply, numerics: Numerics) -> np.ndarray:
     stiff one would be a lever that lifts the crossovers around it off a tool's rounding.
     """
     rim = RIM_STIFFNESS * max(tension_stiffness(soften(ply.fabric, numerics.yarn_softening)))
-    return np.where(net_of(ply).inside, stabiliser_stiffness(ply.fabric, numerics), rim)
+    return np.where(net_of(ply).inside, float(stabiliser_stiffness(ply.fabric, numerics)), rim)
 
 
 def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], float]:

@@ -18,7 +18,7 @@ from scipy.special import erfcx, log_ndtr
 from warpdrape.optimisation.known import Known, as_numbers
 from warpdrape.optimisation.process import Process
 from warpdrape.optimisation.space import CHOICE, SHARE, Axis, Place, features
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 FIELD, NEAR, BEST = 1500, 40, 8
 """Places tried all over; near each of the best ones; how many of those."""

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from warpdrape.optimisation import gaussian, parzen
+from warpdrape.optimisation import descent, gaussian, parzen
+from warpdrape.optimisation.descent import GRADIENT
 from warpdrape.optimisation.known import Known
 from warpdrape.optimisation.space import Axis, Place
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 GP, TPE = "gp", "tpe"
 METHODS: dict[str, Callable[[Sequence[Axis], Sequence[Known], int, int], list[Place]]] = {
     GP: gaussian.propose,
     TPE: parzen.propose,
+    GRADIENT: descent.propose,
 }
-"""Name → what asks for places: Gaussian processes, or the tree-structured Parzen estimator."""
+"""Name → what asks for places: Gaussian processes, the tree-structured Parzen estimator, slopes."""
 _PACKAGES = {GP: "sklearn.gaussian_process", TPE: "optuna"}
 
 
 def check_method(method: str) -> None:
     """Raise `InputError` where what a method needs is not installed."""
-    needed(_PACKAGES[method], "optimise")
+    if method in _PACKAGES:
+        needed(_PACKAGES[method], "optimise")

@@ -13,6 +13,7 @@ from warpdrape.commands.scene_library import SceneScript
 from warpdrape.errors import InputError, finite, said
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.optimisation.aims import Aims, read_aims
+from warpdrape.optimisation.descent import GRADIENT, refuse_gradient
 from warpdrape.optimisation.methods import GP, METHODS
 from warpdrape.optimisation.space import Axis, axes_of
 from warpdrape.studies.design import Design, Row
@@ -129,10 +130,13 @@ def _task(study: Study, given: Mapping[str, Any]) -> Task:
     runs = _whole(given, "runs", 0, 2)
     if coarse is not None and runs < 4:
         raise InputError(f"optimise: runs = {runs} leaves nothing for coarse ones: give 4 or more")
+    aims, axes = read_aims(given, known, _locking_deg(study)), axes_of(study.parameters)
+    if method == GRADIENT:
+        refuse_gradient(axes, aims, coarse=coarse is not None)
     return Task(
         study=study,
-        aims=read_aims(given, known, _locking_deg(study)),
-        axes=axes_of(study.parameters),
+        aims=aims,
+        axes=axes,
         start=_start(study, table_of(given, "start")),
         runs=runs,
         batch=_whole(given, "batch", BATCH, 1),

@@ -12,7 +12,7 @@ from typing import Any
 
 from warpdrape.optimisation.known import Known, as_numbers
 from warpdrape.optimisation.space import CHOICE, SHARE, Axis, Place
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 
 def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int) -> list[Place]:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from warpdrape.optimisation.space import Axis, features
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 
 SMOOTH = 2.5
 """Of the Matérn kernel: twice differentiable."""

@@ -23,6 +23,7 @@ from warpdrape.optimisation.book import (
     Trial,
 )
 from warpdrape.optimisation.cost import coarse_cost, pairs_of, spent
+from warpdrape.optimisation.descent import GRADIENT
 from warpdrape.optimisation.fidelity import Shares, corrected, promoted, shares_of
 from warpdrape.optimisation.known import Known
 from warpdrape.optimisation.methods import METHODS
@@ -118,7 +119,7 @@ def _places(runner: Runner, kind: str, batch: int, count: int) -> list[Place]:
     task, axes = runner.book.task, runner.book.task.axes
     tried = {trial.place for trial in runner.book.of_kind(START, kind) if trial.place is not None}
     so_far = len(runner.book.of_kind(kind))
-    first = 2 * (len(axes) + 1)
+    first = 0 if task.method == GRADIENT else 2 * (len(axes) + 1)  # it goes on from one place
     spread = spread_places(axes, first, _seed(task.seed, 0, _FIRST))[so_far : so_far + count]
     wanted = count - len(spread)
     known = _known(runner, kind)

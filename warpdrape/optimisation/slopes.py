@@ -17,16 +17,13 @@ import numpy as np
 
 from warpdrape.errors import InputError
 from warpdrape.optimisation.book import Asked, Trial
+from warpdrape.optimisation.differences import STEP, agree
 from warpdrape.optimisation.runner import Runner
 from warpdrape.optimisation.space import SHARE, Place, place_of, row_at
 from warpdrape.results.run_folder import write_whole
 
 SLOPE = "slope"
 """Kind of runs."""
-STEP = 0.05
-"""Of the central difference, over the axis [-]; the other one is half of it."""
-AGREE = 0.25
-"""Share of the larger slope by which both may differ to be trusted [-]."""
 SLOPES = "slopes.csv"
 
 
@@ -49,7 +46,7 @@ class Slope:
     @property
     def trusted(self) -> bool:
         """Whether both steps give the same; not where a run is missing."""
-        return abs(self.wide - self.narrow) <= AGREE * max(abs(self.wide), abs(self.narrow))
+        return bool(agree(self.wide, self.narrow))
 
 
 def find_slopes(runner: Runner) -> list[Slope]:

@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from warpdrape.approaches import PAIRED
+from warpdrape.blanks.ply import Ply
 from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.model import Model
+from warpdrape.forces.membrane_stiffness import stabiliser_range
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.friction import Friction
+from warpdrape.materials.laws import Unwoven
 from warpdrape.results.digest import mesh_digest, plain, surface_digest
 from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.pressure import Pressure
@@ -73,6 +77,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
                 "vertices": len(ply.mesh.vertices),
                 "triangles": len(ply.mesh.triangles),
                 "mesh_digest": mesh_digest(ply),
+                "stabiliser_n_m": _stabiliser(scene, ply),
             }
             for ply, fabric in zip(scene.plies, fabric_of, strict=True)
         ],
@@ -93,6 +98,14 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "pressures": [_pressure(pressure) for pressure in scene.pressures],
         "springs": [_spring(scene, spring) for spring in scene.springs],
     }
+
+
+def _stabiliser(scene: Setup, ply: Ply) -> list[float] | None:
+    """Smallest and largest of what holds pairs of triangles together, as it acts [N/m]."""
+    paired = scene.approach in PAIRED and scene.numerics.averaging == "pairs"
+    if not paired or isinstance(ply.fabric.tension, Unwoven):
+        return None
+    return list(stabiliser_range(ply, scene.numerics))
 
 
 def _fabrics(scene: Setup) -> tuple[dict[str, Any], list[str]]:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from warpdrape.dynamics.cores import physical_cores
 from warpdrape.errors import InputError
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
+from warpdrape.studies.forked import keepers, may_fork
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -69,17 +70,31 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 def _local(distributed: Any, workers: int) -> Iterator[Client]:
     import dask
 
-    with (
-        dask.config.set(QUIET),
-        tempfile.TemporaryDirectory(prefix="warpdrape-study-", ignore_cleanup_errors=True) as place,
-        distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            local_directory=place,
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-        yield client
+    temporary = tempfile.TemporaryDirectory(prefix="warpdrape-study-", ignore_cleanup_errors=True)
+    with dask.config.set(QUIET), temporary as place:
+        if not may_fork():
+            with (
+                _cluster(distributed, workers, place) as cluster,
+                distributed.Client(cluster, set_as_default=False) as client,
+            ):
+                yield client
+            return
+        with (
+            keepers(distributed, workers, place) as call,
+            _cluster(distributed, 0, place) as cluster,
+            distributed.Client(cluster, set_as_default=False) as client,
+        ):
+            call(cluster.scheduler_address)
+            client.wait_for_workers(workers)
+            yield client
+
+
+def _cluster(distributed: Any, workers: int, place: str) -> Any:
+    return distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        local_directory=place,
+        silence_logs=logging.CRITICAL,
+    )

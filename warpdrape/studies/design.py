@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from warpdrape.errors import InputError, nearest, said
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 from warpdrape.studies.parameters import Varied
 
 KEYS = {

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 from warpdrape.studies.design import Design, cube
 from warpdrape.studies.table import Table
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from warpdrape.cadence import read_cadence
 from warpdrape.errors import InputError, RunFailed
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 from warpdrape.studies.cluster import connected
 from warpdrape.studies.design import Row
 from warpdrape.studies.folder import StudyFolder, write_json
@@ -43,7 +43,10 @@ class Cost:
         own_start_s: of this process until workers were there [s].
         own_s: of this process in all [s].
         workers: processor time of each worker's process when its last run ended [s].
-        starts: likewise when its first one began: Python, libraries and kernels are loaded by then.
+        starts: likewise when its first one began: Python and libraries are loaded by then. Kernels
+            are loaded in a worker's first run, as in any run that is done by itself.
+        children_s: of workers made here and of what keeps them, to their end [s]; 0 where others
+            made them, or the system does not say.
     """
 
     runs_s: float = 0.0
@@ -51,6 +54,7 @@ class Cost:
     own_s: float = 0.0
     workers: dict[tuple[str, int], float] = field(default_factory=dict)
     starts: dict[tuple[str, int], float] = field(default_factory=dict)
+    children_s: float = 0.0
 
     def add(self, outcome: Mapping[str, Any]) -> None:
         """Take note of a run."""
@@ -71,7 +75,8 @@ class Cost:
     @property
     def order_s(self) -> float:
         """Processor time beside the runs that no start took [s]: what grows with their number."""
-        beside = sum(self.workers.values()) - sum(self.starts.values()) - self.runs_s
+        workers = self.children_s or sum(self.workers.values())
+        beside = workers - sum(self.starts.values()) - self.runs_s
         return max(beside, 0.0) + self.own_s - self.own_start_s
 
 
@@ -161,7 +166,7 @@ def run_study(
         return rows, outcomes, cost
     if outcomes:
         progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
-    before = time.process_time()
+    before, children = time.process_time(), _children_s()
     with connected(scheduler, workers) as client, closing(progress):
         cost.own_start_s = time.process_time() - before
         for outcome in as_they_end(client, jobs, folder, progress.say):
@@ -171,7 +176,15 @@ def run_study(
             why = f"run {outcome['run']} {outcome['status']}: {outcome['message']}"
             progress.ended(well=well, why="" if well else why)
     cost.own_s = time.process_time() - before
+    if scheduler is None:
+        cost.children_s = _children_s() - children
     return rows, outcomes, cost
+
+
+def _children_s() -> float:
+    """Processor time of all processes that this one has made, and that have ended [s]."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def as_they_end(

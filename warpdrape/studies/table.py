@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.results.pyvista_mesh import needed
+from warpdrape.optional import needed
 from warpdrape.results.run_folder import write_whole
 from warpdrape.studies.design import Row
 from warpdrape.studies.folder import StudyFolder

@@ -1,0 +1,126 @@
+"""Tangent planes of the tools' smoothed surfaces, on which vertices feel them."""
+
+import warp as wp
+
+from .surface import CURVED, barycentric, bulge, curved_normal, is_on_border, weighted
+from .tool_facets import SINGLE, ToolSurfaces
+
+ON_RIDGE = wp.constant(wp.float64(0.01))
+"""Share of its distance by which a vertex may lie behind a facet whose ridge is nearest: rounding
+to single leaves the choice between the two facets there to chance."""
+ALIKE = wp.constant(wp.float64(1e-3))
+"""… and at least, from a millimetre on: squares of distances are good to 10⁻⁷ of themselves."""
+SAME_FACE = wp.constant(wp.float64(0.99))
+"""Cosine between a vertex's plane and the surface below which, at a border, it is on the edge."""
+
+
+@wp.struct
+class ToolPlane:
+    """Tangent plane of one tool near one vertex; its normal is zero where none is near."""
+
+    normal: wp.vec3d  # outward, unit
+    level: wp.float64  # of the plane along the normal, plus half the ply thickness [m]
+
+
+@wp.func
+def is_near(plane: ToolPlane) -> bool:
+    """Whether it is the plane of a tool that is near."""
+    return wp.length_sq(plane.normal) > wp.float64(0.0)
+
+
+@wp.func
+def plane_gap(plane: ToolPlane, at: wp.vec3d) -> wp.float64:
+    """Gap [m] between a vertex's side of the ply and the plane."""
+    return wp.dot(plane.normal, at) - plane.level
+
+
+@wp.func
+def no_plane() -> ToolPlane:
+    """A plane that nothing touches."""
+    plane = ToolPlane()
+    plane.level = -wp.float64(1.0)
+    return plane
+
+
+@wp.func
+def tangent_plane(
+    surfaces: ToolSurfaces,
+    tool: int,
+    facet: int,
+    at: wp.vec3d,
+    offset: wp.float64,
+    near: wp.float64,
+    ahead: wp.float64,
+    held: bool,
+    before: ToolPlane,
+):
+    """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
+
+    A surface with borders has a back: a vertex that comes from behind meets it there, half the ply
+    thickness away. A border is a rounded edge: a flat end would push at once what comes from aside.
+
+    Args:
+        surfaces: the tools' facets.
+        tool: number of the tool.
+        facet: the nearest one, in ``surfaces``.
+        at: position in the tool's frame [m].
+        offset: half the ply thickness [m].
+        near: distance within which a vertex counts as near [m].
+        ahead: farther distance that it may go before the next search [m].
+        held: whether the vertex had a plane before.
+        before: that plane.
+    """
+    a = surfaces.corners[facet, 0]
+    b = surfaces.corners[facet, 1]
+    c = surfaces.corners[facet, 2]
+    na = surfaces.normals[facet, 0]
+    nb = surfaces.normals[facet, 1]
+    nc = surfaces.normals[facet, 2]
+    w = barycentric(a, b, c, at)
+    flat = weighted(w, a, b, c)
+    normal = wp.normalize(weighted(w, na, nb, nc))
+    point = flat
+    if surfaces.exact[tool] == 1:
+        corners = wp.matrix_from_rows(a, b, c)
+        at_corners = wp.matrix_from_rows(na, nb, nc)
+        point = flat + CURVED * bulge(corners, at_corners, w)
+        normal = curved_normal(corners, at_corners, w, CURVED)
+    zero = wp.float64(0.0)
+    distance = wp.length(at - flat)
+    height = wp.dot(normal, at - point)
+    gap = height - offset
+    aside = wp.length_sq(at - point) - height * height
+    border = is_on_border(w, surfaces.open_edges[facet])
+    chance = wp.min(wp.max(SINGLE, ALIKE * distance), ON_RIDGE * distance)
+    outside = height >= -chance and distance > zero
+    if outside and is_on_border(w, surfaces.ridges[facet]):
+        normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
+        height = distance
+        gap = distance - offset
+    past_border = border and aside > offset * offset
+    plane = no_plane()
+    if surfaces.open[tool] == 1:
+        alike = wp.dot(before.normal, normal)  # 1 while the vertex stays on its face
+        if held:
+            back = alike < zero or (border and alike < SAME_FACE)
+        else:
+            back = height < -offset or (past_border and height < zero)
+        if back:
+            if border and distance > zero:
+                normal = (at - flat) / distance
+            else:
+                normal = -normal
+            if distance - surfaces.sag[tool] <= near + ahead:
+                plane.normal = normal
+                plane.level = wp.dot(normal, point) + offset
+            return plane, distance
+    if border and height > zero and aside > zero:  # round the border, from the front too
+        normal = wp.normalize(at - point)
+        gap = wp.length(at - point) - offset
+        past_border = False
+    inside = gap < wp.float64(0.0)
+    behind = gap < -near and not held  # an open surface, not pressed into it
+    if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
+        plane.normal = normal
+        plane.level = wp.dot(normal, point) + offset
+    return plane, distance
