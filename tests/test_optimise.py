@@ -149,7 +149,10 @@ def test_the_answer_keeps_its_limits(tmp_path):
 
 def test_the_verdict_by_the_scenes_own_limits_is_a_constraint(tmp_path):
     def formula(values):
-        covered = [{"name": "punch", "coverage": float(values["x"])}]
+        punch = dict.fromkeys(("force_n", "max_force_n", "max_penetration_m"))
+        covered = [
+            {"name": "punch", "displacement_m": 0.0, "coverage": float(values["x"]), **punch}
+        ]
         limits = limits_entry(Limits(coverage={"punch": 0.5}))
         return {**bowl(values), "tools": covered, "limits": limits}
 
