@@ -81,6 +81,12 @@ def made_up_summary(cells: int) -> dict:
     }
 
 
+def made_up_tool(coverage: float) -> dict:
+    """The punch of a run that nobody ran, with the share of it that plies cover."""
+    none = dict.fromkeys(("force_n", "max_force_n", "max_penetration_m"))
+    return {"name": "punch", "displacement_m": 0.0, "coverage": coverage, **none}
+
+
 class MadeUp:
     """Does runs by a formula from settings to measures; None for a run that fails."""
 
