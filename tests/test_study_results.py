@@ -314,4 +314,4 @@ def test_cost_is_told_as_runs_start_and_order():
     assert cost.start_s == pytest.approx(2.0 + 2.5 + 1.0)
     assert cost.order_s == pytest.approx((6.2 - 2.0 - 4.0) + 0.0 + 0.5)
     words = cost_text(cost)
-    assert "5 s in runs, 6 s (110.0 %) to start and 1 s (14.0 %) for order" in words
+    assert "5 s in runs, 5.5 s (110.0 %) to start and 0.7 s (14.0 %) for order" in words
