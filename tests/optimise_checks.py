@@ -67,6 +67,26 @@ def bowl(values: dict) -> dict:
     return {"f": 1.0 + (x - 0.3) ** 2 + (y - 0.6) ** 2, "g": x}
 
 
+def made_up_summary(cells: int) -> dict:
+    """Of a run that nobody ran: all that a summary has to have."""
+    zero = ("energy_error", "kinetic_ratio", "max_penetration_m", "mass_kg", "added_mass_kg")
+    zero += ("added_mass_kinetic_ratio", "mass_scaling_order", "softening_strain")
+    return {
+        **{"status": "completed", "message": "completed", "approach": "semi_discrete"},
+        **{key: [] for key in ("warnings", "plies", "tools", "interfaces", "reported")},
+        **{"quasi_static": True, "loaded": True, "yarn_softening": 1.0},
+        **{"steps": 10, "triangles": 4 * cells**2, "wall_s": 1.0, "simulated_s": 1.0},
+        **dict.fromkeys(zero, 0.0),
+        "numerical_error": {"not_known": "nobody ran it"},
+    }
+
+
+def made_up_tool(coverage: float) -> dict:
+    """The punch of a run that nobody ran, with the share of it that plies cover."""
+    none = dict.fromkeys(("force_n", "max_force_n", "max_penetration_m"))
+    return {"name": "punch", "displacement_m": 0.0, "coverage": coverage, **none}
+
+
 class MadeUp:
     """Does runs by a formula from settings to measures; None for a run that fails."""
 
@@ -88,10 +108,7 @@ class MadeUp:
             if found is not None:
                 run = self.folder.run(job.number)
                 run.mkdir(parents=True, exist_ok=True)
-                summary = {"status": "completed", "steps": 10, "quasi_static": True}
-                summary |= {"wall_s": 1.0, "simulated_s": 1.0}
-                summary |= {"triangles": 4 * int(values.get("cells", 20)) ** 2, "plies": []}
-                summary |= {"message": "completed", "warnings": [], "tools": [], **found}
+                summary = made_up_summary(int(values.get("cells", 20))) | found
                 (run / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
                 with (run / "history.csv").open("w", newline="") as file:
                     csv.writer(file).writerows([["time_s"], [0.0]])

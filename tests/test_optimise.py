@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from optimise_checks import STUDY, bowl, optimised, write_formulas
+from optimise_checks import STUDY, bowl, made_up_tool, optimised, write_formulas
 
 from warpdrape.defects.limits import Limits, limits_entry
 from warpdrape.errors import InputError
@@ -149,7 +149,7 @@ def test_the_answer_keeps_its_limits(tmp_path):
 
 def test_the_verdict_by_the_scenes_own_limits_is_a_constraint(tmp_path):
     def formula(values):
-        covered = [{"name": "punch", "coverage": float(values["x"])}]
+        covered = [made_up_tool(float(values["x"]))]
         limits = limits_entry(Limits(coverage={"punch": 0.5}))
         return {**bowl(values), "tools": covered, "limits": limits}
 

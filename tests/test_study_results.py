@@ -6,7 +6,7 @@ from argparse import Namespace
 import numpy as np
 import pytest
 import scipy.stats
-from optimise_checks import STUDY, MadeUp, write_formulas
+from optimise_checks import STUDY, MadeUp, made_up_tool, write_formulas
 from study_checks import made_up
 
 from warpdrape.defects.limits import Limits, limits_entry
@@ -67,7 +67,7 @@ def test_the_verdict_is_by_the_studys_limits_or_the_scenes(tmp_path, own):
 
     def gathered(limits):
         def formula(values):
-            tools = [{"name": "punch", "coverage": float(values["x"])}]
+            tools = [made_up_tool(float(values["x"]))]
             return {"f": 1.0, "g": 1.0, "tools": tools, "limits": limits_entry(limits)}
 
         (tmp_path / "o" / "outcomes").mkdir(parents=True, exist_ok=True)
@@ -314,4 +314,4 @@ def test_cost_is_told_as_runs_start_and_order():
     assert cost.start_s == pytest.approx(2.0 + 2.5 + 1.0)
     assert cost.order_s == pytest.approx((6.2 - 2.0 - 4.0) + 0.0 + 0.5)
     words = cost_text(cost)
-    assert "5 s in runs, 6 s (110.0 %) to start and 1 s (14.0 %) for order" in words
+    assert "5 s in runs, 5.5 s (110.0 %) to start and 0.7 s (14.0 %) for order" in words

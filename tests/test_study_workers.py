@@ -15,7 +15,9 @@ import warp as wp
 
 from warpdrape.errors import RunFailed
 from warpdrape.studies.cluster import _wait
+from warpdrape.studies.command import cost_text
 from warpdrape.studies.forked import may_fork
+from warpdrape.studies.running import Cost
 
 pytest.importorskip("distributed")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="forks are for Linux")
@@ -122,6 +124,15 @@ def test_workers_that_do_not_come_up_are_told_of():
 
     with pytest.raises(RunFailed, match=r"not all of 3 workers .* take fewer --workers"):
         _wait(Client(), 3)
+
+
+def test_what_a_study_took_is_said_in_tenths_where_it_is_short():
+    cost = Cost(runs_s=86.0, own_start_s=0.25, own_s=0.75, children_s=88.0)
+    cost.workers, cost.starts = {("h", 1): 86.03}, {("h", 1): 0.03}
+    words = cost_text(cost)  # what keeps workers counts: 88 s less runs and their start
+    assert "0.3 s (0.3 %) to start and 2.5 s (2.9 %) for order" in words
+    cost.children_s = 0.0  # where others made the workers
+    assert "0.5 s (0.6 %) for order" in cost_text(cost)
 
 
 def test_no_fork_beside_threads_or_once_warp_has_begun(monkeypatch):

@@ -24,6 +24,8 @@ from warpdrape.studies.table import Table
 if TYPE_CHECKING:
     from warpdrape.studies.running import Cost
 
+SHORT_S = 10.0
+"""Times below this are shown with tenths of a second [s]."""
 SHOWN = 3
 """Runs at each end of a plan that are shown."""
 
@@ -87,12 +89,16 @@ def _run(
 def cost_text(cost: Cost) -> str:
     """What a study took beyond its runs: to start the workers, once, and to keep them at it."""
     words = [
-        f"{in_words(seconds)} ({100.0 * seconds / cost.runs_s:.1f} %) {what}"
+        f"{_short(seconds)} ({100.0 * seconds / cost.runs_s:.1f} %) {what}"
         for seconds, what in ((cost.start_s, "to start"), (cost.order_s, "for order"))
     ]
     return (
         f"processor time: {in_words(cost.runs_s)} in runs, {' and '.join(words)}, the report apart"
     )
+
+
+def _short(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds < SHORT_S else in_words(seconds)
 
 
 def plan_text(asked: Study, rows: Sequence[Row]) -> str:
