@@ -52,14 +52,14 @@ IN_PLANE = "in_plane"
 """Among the parameters: B_g of both yarns [N·m], that of the fabric without it."""
 
 
-def mesh(kind: str, cells: int) -> FlatMesh:
+def mesh(kind: str, cells: int, size: float = SIZE) -> FlatMesh:
     """A mesh of the blank.
 
     Each has about as many triangles as a grid of so many squares of four.
     """
     options = MESHES[kind]
-    edge = SIZE / (cells * FINER.get(options["pattern"], 1.0))
-    return mesh_outline(Rectangle(SIZE, SIZE), edge=edge, **options)
+    edge = size / (cells * FINER.get(options["pattern"], 1.0))
+    return mesh_outline(Rectangle(size, size), edge=edge, **options)
 
 
 def run_here(
@@ -137,7 +137,7 @@ def done(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> di
     return found
 
 
-def zigzag(flat: np.ndarray, points: np.ndarray) -> float:
+def zigzag(flat: np.ndarray, points: np.ndarray, size: float = SIZE) -> float:
     """How far a blank's edge goes in and out from vertex to vertex [mm], root mean square.
 
     That is how far a vertex has moved across its side beside what its two neighbours have; a smooth
@@ -145,7 +145,7 @@ def zigzag(flat: np.ndarray, points: np.ndarray) -> float:
     """
     found = []
     for axis in (0, 1):
-        for side in (-0.5 * SIZE, 0.5 * SIZE):
+        for side in (-0.5 * size, 0.5 * size):
             on_side = np.flatnonzero(np.abs(flat[:, axis] - side) < 1e-9)
             on_side = on_side[np.argsort(flat[on_side, 1 - axis])]
             at, moved = flat[on_side, 1 - axis], (points - flat)[on_side, axis]
