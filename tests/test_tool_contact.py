@@ -431,19 +431,34 @@ def gap_and_push(model, state, x):
     return (normal * x).sum(axis=1) - level, normal.copy()
 
 
-@pytest.mark.parametrize("hollow", [False, True])
-def test_a_faceted_tool_pushes_along_the_slope_of_its_distance(hollow, device):
+def faceted(side):
+    """A ball of coarse facets to be met from outside, or inside; or a cup, from behind, outside."""
+    mesh = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
+    if side == "behind":
+        mesh = mesh.slice_plane((0.0, 0.0, -5e-3), (0.0, 0.0, 1.0))
+    ball = Tool.from_mesh("ball", mesh)
+    return ball if side == "outside" else ball.flipped()
+
+
+@pytest.mark.parametrize("side", ["outside", "inside", "behind"])
+def test_a_faceted_tool_pushes_along_the_slope_of_its_distance(side, device):
     """Else sliding over its facets makes energy: pushed along means of normals, 10 % of a press."""
-    ball = Tool.from_mesh("ball", trimesh.creation.icosphere(subdivisions=2, radius=0.02))
-    ball = ball.flipped() if hollow else ball
+    ball, out = faceted(side), 1.0 if side == "outside" else -1.0
     model, state = searcher([ball], device, cells=20, contact="exact")
-    count, mesh, h = len(model.masses.mass), ball.surface.mesh, 1e-7
+    count, mesh, h = len(model.masses.mass), ball.surface.mesh, 5e-7
     rng = np.random.default_rng(4)
-    surface, facet = trimesh.sample.sample_surface(mesh, count, seed=5)
-    off = rng.uniform(0.5, 1.1, (count, 1)) * HALF
-    x = np.asarray(surface + off * mesh.face_normals[facet])
-    corner = ball.vertices[rng.integers(len(ball.vertices), size=count)]  # each third by one
-    x[::3] = (corner * (1.0 + (-off if hollow else off) / 0.02))[::3]
+    high = ball.vertices[ball.vertices[:, 2] > 0.0]  # off the sheet's rim
+    surface, facet = trimesh.sample.sample_surface(mesh, 4 * count, seed=5)
+    surface, facet = (each[surface[:, 2] > 0.0][:count] for each in (surface, facet))
+    outward = mesh.face_normals[facet]
+    corner = rng.integers(len(high), size=count)[::3]  # each third by one
+    surface[::3], outward[::3] = high[corner], out * high[corner] / 0.02
+    if side == "behind":
+        outward = -outward
+        gap_and_push(
+            model, state, np.asarray(surface + 1.4 * HALF * outward)
+        )  # it comes from there
+    x = np.asarray(surface + rng.uniform(0.5, 1.1, (count, 1)) * HALF * outward)
     x[::3] += rng.uniform(-5e-6, 5e-6, (count, 3))[::3]
     gap, push = gap_and_push(model, state, x)
     np.testing.assert_allclose(gap, distances(x, mesh.triangles) - HALF, atol=2e-9)
@@ -453,8 +468,28 @@ def test_a_faceted_tool_pushes_along_the_slope_of_its_distance(hollow, device):
         slope[:, k] = (more - less) / (2.0 * h)
         for beside in (one, other):  # in a hollow edge it has none
             smooth &= np.linalg.norm(push - beside, axis=1) < 0.01
-    assert smooth.mean() > 0.95
-    np.testing.assert_allclose(push[smooth], slope[smooth], atol=2e-3)
+    assert smooth.mean() > 0.9
+    # a query in single precision may take the facet beside a hollow edge: 2e-9 m in the slope
+    np.testing.assert_allclose(push[smooth], slope[smooth], atol=2e-9 / h + 2e-3)
+
+
+def test_what_slides_past_a_border_books_what_its_spring_held(device):
+    model, state = searcher([Tool.plate(width=0.2, height=0.2, facet=0.02)], device, cells=4)
+    count = len(model.masses.mass)
+    x = np.zeros((count, 3))
+    x[:, 1], x[:, 2] = np.linspace(-0.07, 0.07, count), 0.9 * HALF
+    x[:, 0] = 0.0999
+    gap, _ = gap_and_push(model, state, x)
+    assert (gap < 0.0).all()
+    memory = memory_of(model, state)
+    held = memory.holds.numpy().copy()
+    held["stored"], held["spring"] = np.arange(1.0, count + 1.0), 1e-6
+    memory.holds.assign(held)
+    state.plies.x.assign(x + np.array([2e-3, 0.0, 0.0]))
+    search_contacts(model, state)
+    np.testing.assert_array_equal(state.plies.lost.numpy()[:, 0], held["stored"])
+    left = memory_of(model, state).holds.numpy()
+    assert not left["stored"].any() and not left["spring"].any()
 
 
 def test_a_press_with_coarse_facets_makes_no_energy(monkeypatch):

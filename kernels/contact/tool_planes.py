@@ -93,7 +93,8 @@ def tangent_plane(
     border = is_on_border(w, surfaces.open_edges[facet])
     chance = wp.min(wp.max(SINGLE, ALIKE * distance), ON_RIDGE * distance)
     outside = height >= -chance and distance > zero
-    if outside and is_on_border(w, surfaces.ridges[facet]):
+    ridge = is_on_border(w, surfaces.ridges[facet])
+    if outside and ridge:
         normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
         height = distance
         gap = distance - offset
@@ -106,7 +107,7 @@ def tangent_plane(
         else:
             back = height < -offset or (past_border and height < zero)
         if back:
-            if border and distance > zero:
+            if (border or ridge) and distance > zero:
                 normal = (at - flat) / distance
             else:
                 normal = -normal

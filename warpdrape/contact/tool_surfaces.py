@@ -71,20 +71,19 @@ def contact_normals(tool: Tool) -> np.ndarray:
 
 
 def ridge_bits(tool: Tool) -> np.ndarray:
-    """Bit e where the edge across from corner e sticks out, and no true surface is known, [m].
+    """Bit e where facets meet at the edge across from corner e, and no true surface is known, [m].
 
-    Round such an edge the distance from the facets is that from the edge.
+    Where such an edge is nearest, on the side to which it sticks out, the distance from the facets
+    is that from the edge.
     """
     triangles = np.asarray(tool.triangles)
     bits = np.zeros(len(triangles), dtype=np.int32)
     if tool.surface.exact:
         return bits
-    points, face = np.asarray(tool.vertices), contact_normals(tool)[:, 0]
-    middle = points[triangles].mean(axis=1)
+    face = contact_normals(tool)[:, 0]
     for corner, other in enumerate(across_edges(triangles).T):
-        out = ((middle[other] - middle) * face).sum(axis=1) < 0.0
         sharp = (face[other] * face).sum(axis=1) < SMOOTH
-        bits |= np.where((other >= 0) & sharp & out, 1 << corner, 0).astype(np.int32)
+        bits |= np.where((other >= 0) & sharp, 1 << corner, 0).astype(np.int32)
     return bits
 
 

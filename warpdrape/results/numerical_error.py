@@ -23,8 +23,9 @@ INERTIA_SHEAR = 16.5
 """Change of the percentile by kinetic over internal energy while loaded [deg]: a double dome's."""
 INERTIA_DRAW_IN = 0.11
 """Change of the draw-in by it, over the length of a yarn [-]."""
-CONTACT_SHEAR, CONTACT_DRAW_IN = 1000.0, 0.5
-"""Changes by a depth to which tools and plies came into each other [deg/m], [-]."""
+CONTACT_SHEAR, CONTACT_DRAW_IN = 2000.0, 1.5
+"""Changes by a depth to which tools and plies came into each other [deg/m], [-]: a double dome's
+and a box's, at one step with contacts of several stiffnesses (bench/contact_stiffness.py)."""
 
 
 def numerical_error(summary: Mapping[str, Any], plies: Sequence[Ply]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from warpdrape.results.beyond_data import beyond_data
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.numerical_error import numerical_error
+from warpdrape.results.penetration import passed_through
 from warpdrape.results.process_clock import process_entries
 from warpdrape.results.quasi_static import (
     LEAST_LOADED,
@@ -32,8 +33,6 @@ ENERGY_WARNING = 0.02
 """Unbalanced share of the largest energy above which a run warns [-]."""
 ENERGY_FAILURE = 0.10
 """… and above which it fails [-]."""
-PENETRATION_WARNING = 0.5
-"""Penetration over a ply's thickness above which a run warns [-]."""
 
 
 def energy_error(history: Mapping[str, np.ndarray], least: float = 0.0) -> float:
@@ -185,50 +184,6 @@ def nothing_loaded(history: Mapping[str, np.ndarray], least: float) -> str:
     if np.abs(history["contact_j"]).max() > least:
         return f"plies were pressed but not stretched, sheared or bent: {stored}, {unknown}"
     return f"nothing was loaded: {stored}, {unknown}; let tools, clamps or gravity act on them"
-
-
-def passed_through(model: Model, contacts: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
-    """Warning of the things that lay deepest in each other, if they may have passed.
-
-    Args:
-        model: the model.
-        contacts: entries of what was met, by name.
-    """
-    plies = model.scene.plies
-    thin = {ply.name: ply.fabric.thickness for ply in plies}
-    rooms = {
-        ply.name: 0.5 * ply.fabric.compaction.room if ply.fabric.compaction else 0.0
-        for ply in plies
-    }
-    found = [
-        (entry, f"tool {tool.name!r} and a ply", min(thin.values()), max(rooms.values()))
-        for tool, entry in zip(model.scene.tools, contacts.get("tools", ()), strict=False)
-    ]
-    for entry in contacts.get("interfaces", ()):
-        one, other = entry["vertices_of"], entry["on"]
-        words = f"plies {one!r} and {other!r}"
-        found.append((entry, words, min(thin[one], thin[other]), rooms[one] + rooms[other]))
-    for entry in contacts.get("self_contact", ()):
-        name = entry["ply"]
-        found.append((entry, f"folds of ply {name!r}", thin[name], 2.0 * rooms[name]))
-    for entry in contacts.get("edge_contact", ()):
-        one, other = entry["edges_of"], entry["on"]
-        words = f"edges of plies {one!r} and {other!r}"
-        if one == other:
-            words = f"edges of folds of ply {one!r}"
-        found.append((entry, words, min(thin[one], thin[other]), rooms[one] + rooms[other]))
-    deep = [
-        (entry["max_penetration_m"] - room, entry["max_penetration_m"], words)
-        for entry, words, thickness, room in found
-        if entry["max_penetration_m"] - room > PENETRATION_WARNING * thickness
-    ]
-    if not deep:
-        return []
-    _, depth, words = max(deep)
-    return [
-        f"{words} lay {1e3 * depth:.3g} mm in each other and may have passed: lower the forces or "
-        "the speed, refine the plies, or raise contact_share"
-    ]
 
 
 def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[str]) -> list[str]:
