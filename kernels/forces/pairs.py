@@ -23,6 +23,9 @@ from .lanes import (
     vectors,
 )
 
+FETCHED_AHEAD = wp.constant(6)
+"""Elements of two pairs ahead of the one at work that are fetched: some 0.4 µs."""
+
 
 @wp.struct
 class TwoPairs:
@@ -39,6 +42,21 @@ class TwoPairs:
     weft_at_tip: wp.vec4d  # 1/m
     areas: wp.vec4d  # m², initial
     stabiliser: wp.vec4d  # κ C'(0) of each pair [N/m]
+
+
+@wp.func_native(
+    """
+#if !defined(__CUDACC__)
+    const char* two = reinterpret_cast<const char*>(pairs.data + number);
+    __builtin_prefetch(two);
+    __builtin_prefetch(two + 64);
+    __builtin_prefetch(two + 128);
+#endif
+"""
+)
+def fetch_pairs(pairs: wp.array(dtype=TwoPairs), number: int):
+    """Have a processor fetch two pairs while it works on others; there need be none."""
+    ...
 
 
 @wp.struct
@@ -127,6 +145,7 @@ def make_pair_forces(tension, shear, Tension, Shear):
                 updated.
             f: forces [N], shape [vertex]; accumulated.
         """
+        fetch_pairs(pairs, first + wp.tid() + FETCHED_AHEAD)
         two = pairs[first + wp.tid()]
         p = two.vertices_p
         q = two.vertices_q
