@@ -17,8 +17,9 @@ from test_engine import small_press
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results import usd
 from warpdrape.results.shading import ply_normals, tool_normals
+from warpdrape.results.shear_colors import shear_color
 from warpdrape.results.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
-from warpdrape.results.usd_stage import TIME_ATTRIBUTE, shear_color
+from warpdrape.results.usd_stage import TIME_ATTRIBUTE
 
 
 @pytest.fixture(scope="module")
