@@ -4,13 +4,15 @@ Every figure is triangle-steps per second of processor time, and also its ratio 
 precision, with shear) measured just before, so that it survives a noisy machine. Each case runs in
 a process of its own, so that its memory is its own. The table is printed, and written with the
 machine's particulars to ``bench.json`` (``--out``). ``python bench threads`` shows what of a step
-does not get faster with threads (`scaling.py`), ``python bench whole`` the time of a whole run.
+does not get faster with threads (`scaling.py`), ``python bench whole`` the time of a whole run,
+``python bench measuring`` that of a frame on finer meshes.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib
 import json
 import os
 import platform
@@ -18,6 +20,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+OTHERS = {"threads": "scaling", "whole": "whole", "measuring": "measuring"}
+"""Modules here that have a command line of their own, by its name."""
 HEAD = f"{'case':24}{'triangles':>10}{'Mtri-steps/s':>13}{'ratio':>7}{'least':>7}{'most':>7}"
 HEAD += f"{'peak MB':>9}{'contacts':>10}{'60 frames':>11}{'measured':>10}"
 
@@ -53,14 +57,8 @@ def measure_here(name: str, repeat: int, program: Path) -> None:
 
 def main() -> int:
     """Run the chosen cases."""
-    if sys.argv[1:2] == ["threads"]:
-        import scaling
-
-        return scaling.main(sys.argv[2:])
-    if sys.argv[1:2] == ["whole"]:
-        import whole
-
-        return whole.main(sys.argv[2:])
+    if sys.argv[1:2] and sys.argv[1] in OTHERS:
+        return importlib.import_module(OTHERS[sys.argv[1]]).main(sys.argv[2:])
     from cases import CASES
     from startup import start_up
     from yardstick import Yardstick

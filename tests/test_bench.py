@@ -103,3 +103,20 @@ def test_the_shares_of_a_scene_are_measured(capsys):
     head, row = capsys.readouterr().out.splitlines()
     assert "doubled" in head and row.split()[:2] == ["432", "2"]
     assert float(row.split()[2]) > 0.0
+
+
+def test_frames_are_carried_over_to_finer_meshes_in_their_shape():
+    measuring = loaded("measuring")
+    coarse, fine = (measuring.three_ply_hemisphere.build(cells=cells) for cells in (12, 16))
+    model = measuring.build_model(fine, "cpu", frames=1)
+
+    def domed(scene):
+        flat = np.concatenate([ply.rest_points for ply in scene.plies])
+        return flat + np.c_[0.1 * flat[:, :2], 2.0 * (flat[:, 0] ** 2 + 0.5 * flat[:, 1] ** 2)]
+
+    poses = [measuring.Pose(np.eye(3), np.array([0.0, 0.0, -0.5 * k])) for k in range(3)]
+    carried = measuring.Frame(domed(coarse), poses).on(coarse, fine)
+    assert len(carried.x) == model.spans[-1].vertices.stop
+    assert np.abs(carried.x - domed(fine)).max() < 0.5e-3  # of a dome of 67 mm
+    spent = measuring.spent_on(fine, model.spans, 2 * [carried])
+    assert set(spent) == {"depths", "wrinkles"} and min(spent.values()) > 0.0

@@ -17,8 +17,10 @@ from test_engine import small_press
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results import usd
 from warpdrape.results.shading import ply_normals, tool_normals
+from warpdrape.results.shear_colors import shear_color
 from warpdrape.results.usd import PlyFrame, PlyShape, ToolShape, UsdWriter
-from warpdrape.results.usd_stage import TIME_ATTRIBUTE, shear_color
+from warpdrape.results.usd_layer import check_space
+from warpdrape.results.usd_stage import TIME_ATTRIBUTE
 
 
 @pytest.fixture(scope="module")
@@ -450,3 +452,13 @@ def test_no_tools(tmp_path):
         writer.write(0, 0.0, frames_at(0.0))
     stage = Usd.Stage.Open(str(tmp_path / "scene.usdc"))
     assert stage.GetPrimAtPath("/World/tools").GetChildren() == []
+
+
+def test_a_save_needs_room_for_its_frames_twice(tmp_path, monkeypatch):
+    """Frames, the index and small files: one byte too few and nothing is begun."""
+    room = SimpleNamespace(free=3_000_000)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: room)
+    check_space(tmp_path, 1_000_000, 4)
+    room.free -= 1
+    with pytest.raises(RunFailed, match=r"has 3 MB left, .* up to 4 are kept"):
+        check_space(tmp_path, 1_000_000, 4)

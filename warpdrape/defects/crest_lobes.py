@@ -91,6 +91,8 @@ def _turning(
     tested = region & (np.abs(waves.filtered) / waves.gain >= NEAR_CREST * waves.amplitude)
     crest = np.zeros(len(region), dtype=bool)
     crest[tested] = near.are_crests(waves, np.flatnonzero(tested))
+    if not crest.any():
+        return crest
     means = np.stack([crest, tested], axis=1).astype(float)
     for _ in range(2):
         a, b, c = (means[corner] for corner in smoothing.mesh.triangles.T)  # faster than by rows

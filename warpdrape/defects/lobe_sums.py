@@ -85,8 +85,7 @@ def on_surface(
     smoothing: Smoothing, smooth: np.ndarray, slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Square of slopes on the smooth shape [m], and its tangents along x and y [m, 3, 2]."""
-    m = len(smoothing.mesh.triangles)
-    tangents = np.stack([(smoothing.gradient @ smooth)[:m], (smoothing.gradient @ smooth)[m:]], 2)
+    tangents = np.stack(np.split(smoothing.gradient @ smooth, 2), axis=2)
     xx, yy = (tangents[..., 0] ** 2).sum(1), (tangents[..., 1] ** 2).sum(1)
     xy = (tangents[..., 0] * tangents[..., 1]).sum(1)
     x, y = slopes

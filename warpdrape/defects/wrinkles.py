@@ -130,7 +130,8 @@ class WrinkleSearch:
         if not (field.high.any() or field.turned.any()):
             return Wrinkling((), np.zeros(len(points)), (0.0, 0.0))
         lobes = find_lobes(smoothing, self._near, self._graph, field)
-        lobes, found = self._kept(points, field, lobes)
+        if len(lobes):
+            lobes, found = self._kept(points, field, lobes)
         if not len(lobes):
             return Wrinkling((), np.zeros(len(points)), (0.0, 0.0))
         member = belonging(smoothing, lobes, field.high, found.wavelength_flat)

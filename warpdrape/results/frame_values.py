@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from warpdrape.results.frame_data import PlyFrame
 from warpdrape.results.shading import ply_normals
+from warpdrape.results.shear_colors import shear_color
 from warpdrape.results.usd_stage import (
     MAY_BE_EMPTY,
     VERTEX_PRIMVARS,
     MeshPrim,
     extent,
-    shear_color,
 )
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import os
-import shutil
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -28,12 +27,14 @@ from warpdrape.results.frame_data import PlyFrame, PlyShape, ToolShape
 from warpdrape.results.frame_values import checked, frame_values
 from warpdrape.results.frames_file import Mark, Marker, take_back
 from warpdrape.results.run_folder import give_final_name, partial_path, to_disk
+from warpdrape.results.usd_layer import check_space, open_layer
 from warpdrape.results.usd_stage import (
     TIME_PATH,
     MeshPrim,
     define_materials,
     define_ply,
     define_tool,
+    refuse_duplicates,
     set_up_stage,
     to_usd,
 )
@@ -48,7 +49,6 @@ INDEX_SHARE = 0.05
 save writes the places of all values so far anew: saved one by one, 240 frames would take 13 % more
 room, and 1,000 half as much again."""
 _PLACE_BYTES, _PAGE_BYTES = 8, 4096  # of one value of an attribute, in the index; of a disk
-_SPARE_BYTES = 1_000_000  # for the file's index, and the small files beside it
 
 
 class UsdWriter:
@@ -86,7 +86,7 @@ class UsdWriter:
         self._meshes = [MeshPrim.check("ply", p.name, p.rest_points, p.triangles) for p in plies]
         tool_meshes = [MeshPrim.check("tool", t.name, t.vertices, t.triangles) for t in tools]
         for kind, meshes in (("ply", self._meshes), ("tool", tool_meshes)):
-            _refuse_duplicates(kind, meshes)
+            refuse_duplicates(kind, meshes)
         self._last = self._saved = last
         self._mark, self._marker = mark, Marker(self.partial_path)
         self._saved_at = time.monotonic()
@@ -96,20 +96,31 @@ class UsdWriter:
             self._marker.check(mark)
             take_back(self.partial_path, mark)
         # Frames go into the layer itself: a stage over it would follow each of their values.
-        self._layer: Any = _layer(self.partial_path, new=mark is None)
+        self._layer: Any = open_layer(self.partial_path, new=mark is None)
         stage = Usd.Stage.Open(self._layer) if mark is None else Usd.Stage.CreateInMemory()
         set_up_stage(stage, frames_per_second, about)
+        self._plies, self._tools = self._prims(stage, plies, tools, tool_meshes)
+        if mark is None:
+            self._save()
+
+    def _prims(
+        self,
+        stage: Usd.Stage,
+        plies: Sequence[PlyShape],
+        tools: Sequence[ToolShape],
+        tool_meshes: Sequence[MeshPrim],
+    ) -> tuple[list[dict[str, Sdf.Path]], list[tuple[Sdf.Path, Sdf.Path | None]]]:
+        """Define plies and tools; return where the values of each frame go."""
         cloth, metal = define_materials(stage)
-        self._plies = [
+        of_plies = [
             define_ply(stage, mesh, cloth, ply.at_vertices, ply.in_triangles)
             for mesh, ply in zip(self._meshes, plies, strict=True)
         ]
-        self._tools = [
+        of_tools = [
             define_tool(stage, mesh, metal, tool.axis, tool.point)
             for mesh, tool in zip(tool_meshes, tools, strict=True)
         ]
-        if mark is None:
-            self._save()
+        return of_plies, of_tools
 
     def write(
         self,
@@ -145,7 +156,7 @@ class UsdWriter:
         if not np.isfinite(time_s):
             raise ValueError(f"time_s = {said(time_s)} of frame {frame_index} must be finite")
         size = sum(v.nbytes for values in frames for v in values.values())
-        self._check_space(self._unsaved_bytes + size)
+        check_space(self.path.parent, self._unsaved_bytes + size, self._last)
         self._author(int(frame_index), float(time_s), frames, moves, turns)
         self._unsaved_bytes += size
         if time.monotonic() - self._saved_at >= SAVE_EVERY and self._worth_saving():
@@ -261,44 +272,3 @@ class UsdWriter:
                 f"{self.partial_path} could not be saved at frame {self._last} and {kept}: "
                 "is the disk full, or the folder gone? Free some space or write elsewhere"
             ) from error
-
-    def _check_space(self, size: int) -> None:
-        """Stop before a save that would not fit, because it would spoil the frames before it."""
-        try:
-            free = shutil.disk_usage(self.path.parent).free
-        except OSError as error:
-            raise RunFailed(
-                f"{self.path.parent} cannot take the next frame: the folder is gone; run again "
-                "and leave it in place"
-            ) from error
-        if free < 2 * size + _SPARE_BYTES:
-            raise RunFailed(
-                f"{self.path.parent} has {free / 1e6:.0f} MB left, too little for the next frame: "
-                f"free some space or write elsewhere; the frames up to {self._last} are kept"
-            )
-
-
-def _layer(path: Path, *, new: bool) -> Sdf.Layer:
-    try:
-        layer = Sdf.Layer.CreateNew(str(path)) if new else Sdf.Layer.FindOrOpen(str(path))
-        if layer is None:
-            raise Tf.ErrorException("it is not there")
-        if not new:
-            layer.Reload(True)  # someone in this process may have looked at it before
-        return layer
-    except Tf.ErrorException as error:
-        raise InputError(
-            f"path = {path} cannot be created: give a folder in which you may write, and a name "
-            "that ends in .usdc"
-        ) from error
-
-
-def _refuse_duplicates(kind: str, meshes: Sequence[MeshPrim]) -> None:
-    seen: dict[str, str] = {}
-    for mesh in meshes:
-        if mesh.prim_name in seen:
-            raise InputError(
-                f"{mesh.label} and {seen[mesh.prim_name]} would both be {mesh.prim_name!r} in the "
-                f"USD file: give each {kind} its own name"
-            )
-        seen[mesh.prim_name] = mesh.label
