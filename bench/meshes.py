@@ -3,8 +3,9 @@
 What should not depend on a mesh: the largest shear angle, its 99th and 95th percentile by area, and
 draw-in along the yarns and between them; and how much the blank's edge goes to and fro. Meshes that
 are no parameter of the scene, random ones of other seeds and lattices turned against the blank, are
-put into it here. Runs are kept in ``--runs`` with the formed plies, and not done again; tables are
-printed as in docs/results.md.
+put into it here; so is, with ``--set in_plane=0.02``, a stiffness of its own [N·m] that yarns have
+against bending in the plane. Runs are kept in ``--runs`` with the formed plies, and not done again;
+tables are printed as in docs/results.md.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.meshing import mesh_outline
 from warpdrape.blanks.outlines import Rectangle
 from warpdrape.blanks.triangles import area_percentile
+from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.scenes import hemisphere
 
 SIZE = 0.3
@@ -46,6 +48,8 @@ FIGURES = ("largest", "p99", "p95", "along", "between")
 FIELDS = ("rest_points", "points", "triangles", "shear_angle", "strain", "tool_pressure")
 ENERGIES = ("yarn_j", "shear_j", "stabiliser_j", "bending_j", "friction_j", "tool_work_j")
 FRAMES = 12
+IN_PLANE = "in_plane"
+"""Among the parameters: B_g of both yarns [N·m], that of the fabric without it."""
 
 
 def mesh(kind: str, cells: int) -> FlatMesh:
@@ -66,7 +70,7 @@ def run_here(
     Args:
         kind: of mesh.
         cells: squares of four triangles along a side, or a mesh as dense.
-        parameters: of the scene, or fields of its numerics.
+        parameters: of the scene, or fields of its numerics; or ``IN_PLANE``.
         formed: file for the formed ply's ``FIELDS``, to look into later.
 
     Returns:
@@ -75,14 +79,18 @@ def run_here(
     known = inspect.signature(hemisphere.build).parameters
     tuned = {name: value for name, value in parameters.items() if name not in known}
     given = {name: value for name, value in parameters.items() if name in known}
+    in_plane = tuned.pop(IN_PLANE, None)
     scene = hemisphere.build(blank_size=SIZE, **given)
+    cloth = scene.plies[0].fabric
+    if in_plane is not None:
+        cloth = replace(cloth, bending=held_together(cloth.bending, in_plane))
     scene = replace(
         scene,
-        plies=[replace(scene.plies[0], mesh=mesh(kind, cells))],
+        plies=[replace(scene.plies[0], fabric=cloth, mesh=mesh(kind, cells))],
         numerics=replace(scene.numerics, **tuned),
     )
     result = scene.run(threads=1, frames=FRAMES)
-    summary, ply = result.summary, result.plies[0]
+    summary, history, ply = result.summary, result.history, result.plies[0]
     if summary["status"] != "completed":
         raise SystemExit(f"{kind}, {cells} cells: {summary['message']}")
     if formed is not None:
@@ -98,9 +106,21 @@ def run_here(
         "triangles": len(areas),
         "energy_error": summary["energy_error"],
         "kinetic": summary["kinetic_ratio_loaded"],
-        **{name: float(result.history[name][-1]) for name in ENERGIES},
+        **{name: float(history[name][-1]) for name in ENERGIES if name in history},
         **{f"draw_in_{name}": value for name, value in drawn.items()},
     }
+
+
+def held_together(bending: Bending, in_plane: float) -> BendingCurve:
+    """Bending that is as it was out of the plane, and has a stiffness of its own [N·m] within."""
+    curvatures = np.array([0.0, 50.0, 100.0])  # 1/m; beyond the last it goes on as it was
+    return BendingCurve(
+        curvatures=curvatures,
+        moments_warp=bending.warp * curvatures,
+        moments_weft=bending.weft * curvatures,
+        in_plane=(in_plane, in_plane),
+        twist=bending.twist,
+    )
 
 
 def done(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> dict[str, float]:

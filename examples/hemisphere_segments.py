@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from warpdrape import Float, Scene, Tool
 from warpdrape.scenes.hemisphere import build as hemisphere
-from warpdrape.scenes.press import DIE_EDGE, DIE_RADIUS, FORCE_RAMP, HOLDER_MASS, RING_RADIUS
+from warpdrape.scenes.press import DIE_EDGE, DIE_RADIUS, FORCE_RAMP, RING_RADIUS
 from warpdrape.units import deg
 
 NAMES = ("right", "back", "left", "front")
@@ -72,7 +72,7 @@ def build(
             outer_radius=RING_RADIUS,
             facet=facet,
             sector=(middle - half, middle + half),
-            motion=Float(force=force, mass=0.25 * HOLDER_MASS, ramp=FORCE_RAMP * duration),
+            motion=Float(force=force, ramp=FORCE_RAMP * duration),
         )
         segments.append(segment.moved((0.0, 0.0, float(top))))
     return replace(

@@ -25,14 +25,12 @@ from warpdrape.errors import one_of
 from warpdrape.materials.law_data import taut_stiffness
 from warpdrape.materials.laws import Unwoven
 from warpdrape.numerics import ACCURACIES
-from warpdrape.units import kg, mm
+from warpdrape.units import mm
 
 PUNCH_RADIUS = 75 * mm
 DIE_RADIUS = 78 * mm
 DIE_EDGE = 10 * mm
 RING_RADIUS = 230 * mm
-HOLDER_MASS = 1.9 * kg
-"""An aluminium ring of these radii, 5 mm thick."""
 ROOM = 1.5
 """Room between punch and die over the stack's thickness, at least [-]."""
 HOLD = 0.2
@@ -97,7 +95,6 @@ def press_scene(
     parameters: Mapping[str, Any],
     friction: float | Friction,
     ply_friction: float = 0.3,
-    holder_mass: float = HOLDER_MASS,
     closing_time: float | None = None,
 ) -> Scene:
     """Lay plies on a die, and let a punch come down on them within a floating blank holder.
@@ -110,7 +107,6 @@ def press_scene(
             kinetic_limit, minimum_time_step, mass_scaling, accuracy, fast and approach are used.
         friction: of tools on plies, a Coulomb coefficient [-] or a law.
         ply_friction: between plies [-].
-        holder_mass: [kg].
         closing_time: that the press takes for the stroke [s]; None where nothing depends on it.
     """
     plies = lay_up(plies)
@@ -122,7 +118,7 @@ def press_scene(
         ramp=min(RAMP, 1.0 - brake),
         brake=brake,
     )
-    press = Float(force=parameters["holder_force"], mass=holder_mass, ramp=FORCE_RAMP * duration)
+    press = Float(force=parameters["holder_force"], ramp=FORCE_RAMP * duration)
     punch, die, holder = tools
     return Scene(
         name=name,

@@ -23,8 +23,6 @@ from warpdrape.units import deg, mm
 
 BEYOND = 10 * mm
 """How far die and holder go on beyond the blank's corners."""
-ALUMINIUM, PLATE = 2700.0, 5 * mm
-"""Density of the holder's plate [kg/m³], and its thickness."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,10 +212,6 @@ def shape_scene(
     """
     outer = press.outer_radius(plan, edge_radius)
     ring = holder(plan, edge_radius, outer, press.facet)
-    hole = np.array([(p[0], p[1]) for p in sample_plan(plan, press.facet)[0]])
-    area = np.pi * outer**2 - 0.5 * abs(
-        float((hole[:-1, 0] * hole[1:, 1] - hole[1:, 0] * hole[:-1, 1]).sum())
-    )
     tools = (
         Tool(name="punch", surface=punch),
         Tool(name="die", surface=die),
@@ -230,5 +224,4 @@ def shape_scene(
         {**shape, **{field.name: getattr(press, field.name) for field in fields(Press)}},
         press.friction,
         press.ply_friction,
-        ALUMINIUM * PLATE * area,
     )

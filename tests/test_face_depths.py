@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from warpdrape import Ply, Scene, Stroke, Tool
 from warpdrape.contact.face_depths import FaceDepths
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.scenes import hemisphere
+from warpdrape.tools.pose import rotation
 
 RADIUS, HALF, EDGE = 0.08, 0.3e-3, 0.02
 CENTRE = np.array([0.0, 0.0, RADIUS])
+BLOCK = trimesh.creation.box((0.04, 0.04, 0.02))
 
 
 def looked_at(tool, place, device, edge=EDGE):
@@ -80,6 +83,46 @@ def test_a_moved_tool_is_looked_at_where_it_is_at_every_frame():
     deepest = result.summary["tools"][0]
     assert 0.02e-3 < deepest["max_face_penetration_m"] < EDGE**2 / (8.0 * RADIUS) + 1e-4
     assert deepest["max_penetration_m"] < 0.05e-3
+
+
+def wandering(rng, points, frames):
+    """Positions of a sheet that goes and bends at random over whatever is there, frame by frame."""
+    phase, heading = rng.uniform(0, 6, 3), rng.uniform(-1, 1, 3) * [0.01, 0.01, 0.004]
+    for t in np.linspace(0.0, 1.0, frames):
+        bend = 4e-3 * np.sin(40.0 * points[:, 0] + phase[0] + 3.0 * t)
+        bend += 2e-3 * np.sin(70.0 * points[:, 1] + phase[1] - 5.0 * t)
+        yield points + t * heading + np.c_[np.zeros((len(points), 2)), bend - 2e-3 * t]
+
+
+@pytest.mark.parametrize(("seed", "frames"), [(0, 25), (1, 25), (2, 25), (3, 25), (4, 6), (5, 4)])
+def test_what_is_not_asked_again_could_not_have_been_the_deepest(device, seed, frames):
+    """Places that are left out change nothing: tools that turn, sheets that go through them."""
+    rng = np.random.default_rng(seed)
+    tools = [
+        Tool.sphere(radius=RADIUS, facet=8e-3).moved((0.0, 0.0, -HALF)),
+        Tool.die(hole_radius=0.03, edge_radius=0.01, outer_radius=0.08, facet=6e-3),
+        Tool.from_mesh("block", BLOCK).moved((0.02, 0.01, -0.01)),
+    ]
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.12, edge=0.01, mesh="grid", z=1.0)
+    scene = Scene(name="laid", plies=[ply], tools=tools, duration=1e-3)
+    model = build_model(scene, device, frames=1)
+    state = initial_state(model)
+    watched, known, most = FaceDepths(scene, model.spans, device), (), np.zeros((3, 2))
+    asked = []
+    for frame, points in enumerate(wandering(rng, ply.rest_points * [1, 1, 0], frames)):
+        state.plies.x.assign(points)
+        turned = [rotation((0, 0, 1), a * 0.02 * frame) for a in (0.0, 1.0, -1.0)]
+        state.tools.turned.assign(np.array(turned))
+        before = watched.seen.numpy().copy()
+        known = watched.deepest(state, known)
+        fresh = FaceDepths(scene, model.spans, device)
+        most = np.maximum(most, fresh.deepest(state))
+        np.testing.assert_array_equal(known, most)
+        near = (fresh.seen.numpy()["turns"] > 0).sum()
+        asked.append((watched.seen.numpy() != before).sum() / near)
+    assert most[:, 1].min() > 1e-3  # each tool is cut into
+    if frames == 25:
+        assert np.mean(asked[5:]) < 0.5, f"{asked}"  # most places are known by then
 
 
 @pytest.mark.slow

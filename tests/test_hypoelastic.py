@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 from element_checks import SIZE, forces, membrane_of, rotations, whole
 from law_checks import PLAIN, SPACING, crimp_table, fabric
-from test_membrane import CURVE, INTERLOCK, SOFT, STIFF, blank, shaken
+from test_membrane import CURVE, INTERLOCK, STIFF, blank, shaken
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import highest_frequency_squared
@@ -17,6 +17,7 @@ from warpdrape.forces.membrane import flat_gradients
 from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_couples, sample_tensions
+from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
@@ -149,9 +150,16 @@ def test_the_yarns_frame_keeps_to_the_card(law, degrees, device):
     assert shown.couple == pytest.approx(couple, rel=1e-3)
 
 
+def many_stabilisers():
+    """A ply whose patches are held more and less, by their sizes; its yarns are hardly stiffer."""
+    cloth = fabric(LinearTension(1.5e3, 1.6e3), INTERLOCK, angle=math.radians(80))
+    assert 1e-3 * max(tension_stiffness(cloth)) > 5.0 * initial_shear_stiffness(cloth)
+    return Ply.rectangle("blank", cloth, 0.04, edge=2e-3, mesh="random", warp_angle=0.35)
+
+
 def test_the_yarns_frame_is_the_semi_discrete_element(device):
     """On a random mesh, from flat to a shaken surface in 40 steps; viscosity none."""
-    ply = blank(cloth=fabric(STIFF, INTERLOCK, angle=math.radians(80)))
+    ply = many_stabilisers()
     led = LedSheet(ply, "fibre_frame", device)
     x = shaken(ply, np.random.default_rng(4), 0.05)
     for share in np.linspace(0.0, 1.0, 41)[1:]:
@@ -241,8 +249,8 @@ def test_a_closed_loop_of_strain_leaves_stress_in_the_frame_of_r_alone(device):
 @pytest.mark.parametrize("approach", ROWS)
 def test_work_is_that_of_the_nodal_forces(approach, viscosity, device):
     """To rounding, in steps of any size: what the balance calls stored, and lost, is exact."""
-    ply = blank(cloth=fabric(SOFT, INTERLOCK, angle=math.radians(80)))
-    led = LedSheet(ply, approach, device, yarn_viscosity=viscosity, stabiliser=3.0)
+    ply = many_stabilisers()
+    led = LedSheet(ply, approach, device, yarn_viscosity=viscosity)
     rng = np.random.default_rng(5)
     for size in (0.01, 0.1, 0.05):
         led.to(shaken(ply, rng, size))
@@ -251,7 +259,8 @@ def test_work_is_that_of_the_nodal_forces(approach, viscosity, device):
     assert led.done > 1e-6
     assert found == pytest.approx(led.done, rel=1e-12)
     assert (float(shown["lost"].sum()) != 0.0) == (viscosity > 0.0)
-    assert np.abs(shown["work"].sum(axis=0)).min() > 1e-3 * led.done  # yarns, shear, stabiliser
+    # Yarns, shear, stabiliser: each far above what the comparison would miss.
+    assert np.abs(shown["work"].sum(axis=0)).min() > 1e-5 * led.done
 
 
 @pytest.mark.parametrize("approach", ROWS)

@@ -59,3 +59,18 @@ def test_a_circle_would_be_seen(tmp_path):
     edges = {f"pack.{n}": imported(tmp_path / f"{n}.py", known) for n in "ab"}
     with pytest.raises(CycleError):
         TopologicalSorter(edges).prepare()
+
+
+def test_the_step_loop_the_balance_and_the_summary_know_no_force_by_name():
+    """They ask a tuple of them; a list of names stands in `interactions` alone."""
+    edges = graph()
+    forces = {name for name in edges if room(name) == "warpdrape.forces"}
+    blind = [
+        f"warpdrape.dynamics.{name}"
+        for name in ("stepping", "integration", "partition", "crew", "energy", "moving_arrays")
+    ]
+    blind += ["warpdrape.interaction", "warpdrape.state", "warpdrape.recorder"]
+    blind += ["warpdrape.results.summary", "warpdrape.results.history", "warpdrape.restart"]
+    for name in blind:
+        assert not edges[name] & forces, name
+    assert len(edges["warpdrape.dynamics.interactions"] & forces) > 8

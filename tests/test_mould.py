@@ -218,9 +218,7 @@ def test_a_holder_lies_flat_round_the_shape(male):
     assert radius.max() == pytest.approx(0.09, rel=1e-3)
     area = math.pi * (0.09**2 - (room + 2e-3) ** 2)
     assert holder.surface.mesh.area_faces[flat].sum() == pytest.approx(area, rel=0.01)
-    # One that goes with the stroke weighs like plies: its inertia is not the press's.
-    plate = 0.5e-3 if male else 5e-3
-    assert holder.motion.mass == pytest.approx(2700 * plate * area, rel=0.01)
+    assert holder.motion.mass is None  # it weighs like the plies: its inertia is not the press's
     assert 50.0 / holder.motion.damping == pytest.approx(20.0 if male else 5.0)
     assert holder.motion.axis[2] == (1.0 if male else -1.0)
     assert np.einsum("fi,fki->fk", facing, holder.surface.normals).min() > 0.99

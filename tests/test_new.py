@@ -130,6 +130,18 @@ def test_a_stand_in_until_there_is_a_mould(capsys):
     assert "Mould.from_file(HERE" in Path("part.py").read_text("utf-8")
 
 
+def test_a_blank_that_is_not_given_lies_within_a_round_border_where_it_can(capsys):
+    assert new("part") == 0
+    assert "281 × 281 mm, within the mould" in capsys.readouterr().out
+    points = built("part").plies[0].rest_points
+    assert 0.19 < np.linalg.norm(points[:, :2], axis=1).max() <= 0.2
+    assert new("round", "--mould", "bowl.stl", "--units", "mm") == 0
+    assert "mm, as the mould's shape needs, with corners beyond" in capsys.readouterr().out
+    points = built("round").plies[0].rest_points
+    shape = find_typed("round").make().tools[1].vertices  # the punch, as wide as the shape
+    assert (points.max(axis=0)[:2] >= shape.max(axis=0)[:2]).all()
+
+
 def test_a_prepreg_gets_the_presss_time(capsys):
     mould = ["--mould", "bowl.stl", "--units", "mm"]
     assert new("part", *mould, "--fabric", "synthetic_prepreg") == 0
@@ -194,6 +206,13 @@ def test_signs_are_no_options(capsys):
     assert joined(["new", "x", "--up", "-x", "-q", "--out", "-.5"]) == [
         *("new", "x", "--up=-x", "-q", "--out=-.5")
     ]
+    assert joined(["export", "r", "--trim", "-x+0.5*z>2mm"]) == [
+        "export",
+        "r",
+        "--trim=-x+0.5*z>2mm",
+    ]
+    assert joined(["export", "--trim", "-z<-2mm", "-x"]) == ["export", "--trim=-z<-2mm", "-x"]
+    assert joined(["picture", "--tools", "-xy"]) == ["picture", "--tools", "-xy"]
     assert joined(["picture", "-q", "-5"]) == ["picture", "-q", "-5"]
     assert joined(["picture", "--tools", "-q"]) == ["picture", "--tools", "-q"]
 
@@ -246,6 +265,13 @@ def test_a_file_is_never_replaced(capsys):
             "unknown kind of mould",
         ),
         (["part", "--mould", "bowl.stl", "--units", "mm", "--up", "w"], "unknown up 'w'"),
+        (["part", "--kind", "odd"], "unknown kind of mould"),
+        (["part", "--kind", "male"], "--kind is of a mould: give --mould FILE too, or leave it"),
+        (["part", "--up", "w"], "unknown up 'w'"),
+        (["part", "--up", "-z"], "--up is of a mould"),
+        (["part", "--units", "mm"], "--units is of a mould or a drawing"),
+        (["part", "--layer", "cut"], "--layer is of a .dxf"),
+        (["part", "--blank", "300x300mm", "--layer", "cut"], "--layer is of a .dxf"),
         (["part", "--angles", "0;45"], "must be degrees with commas"),
         (["part", "--angles", "nan"], "must be degrees with commas"),
         (["part", "--blank", "big"], "must be a .dxf, or a size such as 300x200mm"),

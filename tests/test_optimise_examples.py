@@ -121,6 +121,8 @@ def test_example_files_are_read_and_start_from_what_they_say():
     dome = read_optimisation(EXAMPLES / "optimise_double_dome.toml")
     assert dome.study.script.name == "double_dome_springs" and dome.start["long_stiffness"] == 0.0
     assert dome.aims.constraints[0].words == "warp_strain ≤ 0.005"
+    slopes = read_optimisation(EXAMPLES / "optimise_gradient.toml")
+    assert slopes.method == "gradient" and place_of(slopes.axes, slopes.start) is not None
     stages = read_optimisation(EXAMPLES / "optimise_stages.toml")
     assert place_of(stages.axes, stages.start) is not None and stages.start["order"] == "together"
 

@@ -10,8 +10,10 @@ from warpdrape.errors import InputError
 from warpdrape.optimisation.aims import Score
 from warpdrape.optimisation.answer import candidates_of, history_of
 from warpdrape.optimisation.book import BASELINE, SEARCH
-from warpdrape.optimisation.descent import ENOUGH, _Broken, _Runs, _Wanted
+from warpdrape.optimisation.descent import ENOUGH, _Broken, _Runs, _Wanted, propose
+from warpdrape.optimisation.known import Known
 from warpdrape.optimisation.optimise_file import read_optimisation
+from warpdrape.optimisation.space import random_places
 
 GRADIENT = STUDY + 'method = "gradient"\nrepeats = []\n'
 LIMIT = GRADIENT + "[optimise.constraints]\ng = { least = 0.5 }\n"
@@ -36,6 +38,16 @@ def test_limits_are_kept_and_reached(tmp_path):
     row, score = best_of(runner)
     assert score.feasible and row["x"] >= 0.5
     assert row["x"] == pytest.approx(0.5, abs=0.005) and row["y"] == pytest.approx(0.6, abs=0.02)
+
+
+def test_a_curved_limit_is_kept_too(tmp_path):
+    """Each step is along the limit's slope: it would end just outside."""
+    text = GRADIENT.replace("runs = 24", "runs = 40").replace('minimise = "f"', 'minimise = "g"')
+    text += "[optimise.constraints]\nf = { most = 1.04 }\n"
+    runner, _ = optimised(write_formulas(tmp_path, text), tmp_path / "o", bowl)
+    row, score = best_of(runner)
+    assert score.feasible
+    assert row["x"] == pytest.approx(0.1, abs=0.01) and row["y"] == pytest.approx(0.6, abs=0.05)
 
 
 def test_what_is_largest_is_found_at_the_end_of_an_axis(tmp_path):
@@ -78,6 +90,17 @@ def test_another_descent_begins_where_one_has_ended(tmp_path):
     assert history_of(runner, SEARCH)[-1][1] < -1.99
     places = np.array([t.place[0] for t in runner.book.of_kind(SEARCH)])
     assert (abs(places - 0.85) < 0.01).any()  # where the first one came to
+
+
+def test_a_descent_that_has_ended_is_not_begun_again_beside_its_runs(tmp_path):
+    """What follows is a place at random, and nothing about runs that were there for slopes."""
+    axes = read_optimisation(write_formulas(tmp_path, GRADIENT)).axes
+    places, known = [(0.9, 0.9)], []
+    while places != random_places(axes, 1, 7) and len(known) < 100:
+        known += [Known(p, Score({}, (bowl({"x": p[0], "y": p[1]})["f"],))) for p in places]
+        places = propose(axes, known, 4, 7)
+    assert len(known) < 30
+    assert min(each.score.objectives[0] for each in known) < 1.0 + 1.2 * ENOUGH
 
 
 def test_slopes_are_second_order_to_the_ends_of_an_axis():

@@ -20,7 +20,7 @@ SHAPES = {
 }
 FORCE = 100.0
 DEEPEST = 1e-4  # a sixth of the thickness; contacts of fast runs are soft
-COARSE = {"cells": 24}  # on squares of 15 mm and more a holder hammers
+COARSE = {"cells": 20}
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -32,7 +32,7 @@ def test_a_coarse_shape_is_sound(name):
     assert summary["energy_error"] < 0.02
     assert summary["max_penetration_m"] < DEEPEST
     tools = {tool["name"]: tool for tool in summary["tools"]}
-    assert tools["holder"]["force_n"] == pytest.approx(FORCE, rel=0.1)  # at rest to that
+    assert tools["holder"]["force_n"] == pytest.approx(FORCE, rel=0.02)  # it does not hammer
     # what pushes down pushes on the die, but for the ply's weight of 0.6 N and its inertia
     down = tools["punch"]["force_n"] + FORCE
     assert tools["die"]["force_n"] == pytest.approx(down, rel=0.1)
@@ -103,8 +103,6 @@ def test_tools_hold_the_whole_blank():
         for tool in scene.tools[1:]:
             rim = np.linalg.norm(tool.vertices[:, :2], axis=1)
             assert rim.max() > blank + 5e-3
-        holder = scene.tools[2].motion
-        assert 1.0 < holder.mass < 4.0  # an aluminium plate of 5 mm
 
 
 @pytest.mark.parametrize(

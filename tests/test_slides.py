@@ -54,6 +54,7 @@ def test_a_crossing_holds_and_slips_as_coulomb_says():
             slipped += 1
             assert abs(force) == pytest.approx(limit, rel=1e-12) and slip * force > 0.0
     assert held > 20 and slipped > 20
+    assert list(grip(1.0, 2.0, 0.0, 4.0, 0.0, 0.0)) == [2.25, 2.25]  # no crossing: nothing holds
     _, elongation = grip(0.0, 0.0, 1.0, 1e5, 1e4, 1.0)  # a limit that has fallen
     assert 0.5e-4 < elongation < 1e-4
 
@@ -224,6 +225,7 @@ def test_yarns_rub_with_the_force_that_their_crimp_presses_with():
     press = 2.0 * yarns * heights / lengths
     assert press[0] == pytest.approx(press[1], rel=1e-5) and press[0] > 5.0
     np.testing.assert_allclose(force, 1e-3 + 0.3 * press[0], rtol=1e-5)
-    with pytest.raises(InputError, match=r"yarn_friction = 0\.3 of fabric 'test'.*friction, per"):
+    with pytest.raises(InputError, match=r"yarn_friction = 0\.3 of fabric 'test'.*friction beside"):
         Led(blank(cloth(yarn_friction=0.3)))
-    assert Led(blank(cloth(friction=0.3))).count
+    for advised in ({}, {"yarn_friction": 0.3}):
+        assert Led(blank(cloth(friction=0.3, **advised))).count

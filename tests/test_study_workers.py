@@ -13,6 +13,8 @@ import psutil
 import pytest
 import warp as wp
 
+from warpdrape.errors import RunFailed
+from warpdrape.studies.cluster import _wait
 from warpdrape.studies.forked import may_fork
 
 pytest.importorskip("distributed")
@@ -111,6 +113,15 @@ def test_forks_end_when_the_study_cannot_say_so(tmp_path):
     process.kill()
     process.wait()
     assert gone(worker) and gone(keeper)
+
+
+def test_workers_that_do_not_come_up_are_told_of():
+    class Client:
+        def wait_for_workers(self, count, timeout):
+            raise TimeoutError("as told")
+
+    with pytest.raises(RunFailed, match=r"not all of 3 workers .* take fewer --workers"):
+        _wait(Client(), 3)
 
 
 def test_no_fork_beside_threads_or_once_warp_has_begun(monkeypatch):

@@ -1,6 +1,7 @@
 """Tools: the surfaces that profiles and mesh files give, their normals, their dimensions."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import trimesh
 
 from warpdrape import Ply, Scene
 from warpdrape.blanks.flat_mesh import FlatMesh
+from warpdrape.dynamics.model import build_model
 from warpdrape.errors import InputError
+from warpdrape.numerics import Numerics
 from warpdrape.tools.floating import Float
 from warpdrape.tools.profile import Arc, Line, extrude, revolve
 from warpdrape.tools.tool import Tool
@@ -215,6 +218,34 @@ def test_each_segment_of_a_holder_presses_with_its_own_force(device):
         assert history[f"segment_{k}_force_n"][-1] == pytest.approx(force, rel=0.02)
     weight = ply.fabric.areal_density * 0.22**2 * 9.81
     assert history["table_force_n"][-1] == pytest.approx(sum(forces) + weight, rel=0.02)
+
+
+def pressed_plies(mass, **numerics):
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.22, cells=4)
+    press = Float(force=10.0, mass=mass)
+    holder = Tool.blank_holder(**HOLDER, motion=press).moved((0.0, 0.0, 0.5 * ply.fabric.thickness))
+    other = replace(ply, name="other", z=-ply.fabric.thickness)
+    numerics = Numerics(**numerics)
+    return Scene(name="press", plies=[other, ply], tools=[holder], duration=1e-3, numerics=numerics)
+
+
+@pytest.mark.parametrize("step", [None, 1e-4])
+def test_a_floating_tool_weighs_like_the_plies_with_what_scaling_added(step):
+    scene = pressed_plies(None, minimum_time_step=step)
+    model = build_model(scene, "cpu", 1)
+    ply = scene.plies[0]
+    alone = 2.0 * ply.fabric.areal_density * 0.22**2
+    assert bool(model.masses.mass.sum() > 1.5 * alone) is (step is not None)
+    assert model.floating.mass.numpy().tolist() == [model.masses.mass.sum()]
+    own = build_model(pressed_plies(0.7), "cpu", 1)
+    assert own.floating.mass.numpy().tolist() == [0.7]
+
+
+def test_a_tool_too_light_to_float_is_refused_and_the_advice_runs():
+    with pytest.raises(InputError, match=r"mass = 0\.001 kg is too light to float") as refused:
+        pressed_plies(1e-3).run(frames=1)
+    least = float(str(refused.value).split("give it ")[1].split(" kg")[0])
+    assert pressed_plies(1.001 * least).run(frames=1).completed
 
 
 def test_moved_and_turned_tools_keep_their_normals():

@@ -123,11 +123,14 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-_SIGNED = re.compile(r"-(\.?\d|[xyz]$)")
+_SIGNED = re.compile(r"-(\.?\d|[xyzXYZ](?![A-Za-z]))")
 
 
 def joined(argv: Sequence[str]) -> list[str]:
-    """Arguments where ``--up -z`` or ``--angles -45,45`` is one: argparse sees an option in -z."""
+    """Arguments where ``--up -z``, ``--angles -45,45`` or ``--trim -x+z>2mm`` is one.
+
+    argparse sees an option in all that begins with a dash.
+    """
     out: list[str] = []
     for word in argv:
         before = out[-1] if out else ""

@@ -14,7 +14,15 @@ import numpy as np
 import warp as wp
 
 from warpdrape.kernels.sweep import Sweep
-from warpdrape.state import ClampState, HeatState, LoadState, PlyState, State, ToolState
+from warpdrape.state import (
+    ClampState,
+    HeatState,
+    LoadState,
+    PlyState,
+    PressingState,
+    State,
+    ToolState,
+)
 
 
 @dataclass(frozen=True)
@@ -140,7 +148,10 @@ class Launches:
 
 
 class Bodies(NamedTuple):
-    """What interactions read and push, as a part has it; heat is None where no ply cools."""
+    """What interactions read and push, as a part has it.
+
+    Heat is None where no ply cools, what contacts press with where nothing asks.
+    """
 
     plies: PlyState
     tools: ToolState
@@ -148,11 +159,20 @@ class Bodies(NamedTuple):
     loads: LoadState
     step: wp.array
     heat: HeatState | None
+    pressing: PressingState | None = None
 
 
 def bodies_of(state: State) -> Bodies:
     """Those of a state."""
-    return Bodies(state.plies, state.tools, state.clamps, state.loads, state.step, state.heat)
+    return Bodies(
+        state.plies,
+        state.tools,
+        state.clamps,
+        state.loads,
+        state.step,
+        state.heat,
+        state.pressing,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -156,6 +156,20 @@ class HeatState:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class PressingState:
+    """How hard contacts press on plies; see `kernels.contact.press_through`.
+
+    Attributes:
+        pressing: in this step, on both faces [N], shape [vertex].
+        through: in the step before, through the ply [N], shape [vertex].
+    """
+
+    pressing: wp.array
+    through: wp.array
+    apart: ClassVar[Apart] = {"pressing": Across.SCATTERED}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class State:
     """Everything that a run changes, and what a restart needs.
 
@@ -165,6 +179,7 @@ class State:
         clamps: the clamps.
         loads: pressures on the plies.
         heat: temperatures of the plies, None where none cools.
+        pressing: how hard contacts press on them, None where nothing asks.
         scaled: momenta of selective mass scaling, None without.
         memory: what each force and contact remembers, in the model's order; None for nothing.
         step: number of the step since the tables of motion began, shape [1].
@@ -175,6 +190,7 @@ class State:
     clamps: ClampState
     loads: LoadState
     heat: Any
+    pressing: Any
     scaled: Any
     memory: tuple[Any, ...]
     step: wp.array
@@ -251,6 +267,12 @@ def start_heat(scene: Setup, device: str) -> HeatState | None:
         pull=wp.zeros(len(warmth), dtype=wp.vec2d, device=device),
         cover=wp.zeros(len(warmth), dtype=wp.vec4d, device=device),
     )
+
+
+def start_pressing(vertices: int, device: str) -> PressingState:
+    """Nothing presses on so many vertices."""
+    real = {"dtype": wp.float64, "device": device}
+    return PressingState(wp.zeros(vertices, **real), wp.zeros(vertices, **real))
 
 
 def all_arrays(record: Any, name: str = "") -> Iterator[tuple[str, wp.array, Across]]:

@@ -192,8 +192,7 @@ class Watch:
         )
 
     def _note_depths(self, state: State) -> None:
-        now = self._faces.deepest(state)
-        deepest = np.maximum(now, self.seen.depths) if self.seen.depths else now
+        deepest = self._faces.deepest(state, self.seen.depths)
         self.seen.depths = tuple(map(tuple, deepest.tolist()))
 
     def _refuse_passage(self, state: State, now: float) -> None:

@@ -84,6 +84,26 @@ def normal_energy(
     return padded_area(law, mass, laws, pad) * compacted(laws, pad.law - 1, depth)[1]
 
 
+@wp.func
+def normal_response(
+    law: ContactLaw, laws: CompactionLaws, mass: wp.float64, pad: Pad, depth: wp.float64
+):
+    """Energy [J] of a contact that is pressed in by a depth [m], and what acts on it.
+
+    Returns:
+        The energy, the depth at which the penalty would bear what the contact does [m], and the lag
+        of the dashpot [s].
+    """
+    energy = normal_energy(law, mass, laws, pad, depth)
+    if pad.law == 0:
+        return energy, depth, law.lag
+    stiffness = law.stiffness * mass
+    area = padded_area(law, mass, laws, pad)
+    soft = compacted(laws, pad.law - 1, depth)
+    slope = wp.min(area * soft[2] / stiffness, wp.float64(1.0))
+    return energy, area * soft[0] / stiffness, law.lag * wp.sqrt(slope)
+
+
 @wp.struct
 class Traction:
     """Force of a contact on the vertex, and what it stored and lost in this step."""
@@ -96,6 +116,14 @@ class Traction:
     friction: wp.float64  # J lost in slip in this step
     damping: wp.float64  # J lost in the dashpot in this step
     slip: wp.float64  # m slid in this step
+
+
+@wp.func
+def pressure_on(pad: Pad, force: wp.float64) -> wp.float64:
+    """Pressure [Pa] of a normal force [N] on a pad; below zero where nothing tells its area."""
+    if pad.area > wp.float64(0.0):
+        return force / pad.area
+    return wp.float64(-1.0)
 
 
 @wp.func
@@ -133,26 +161,21 @@ def contact_traction(
     trial = spring + law.time_step * velocity
     trial = trial - wp.dot(normal, trial) * normal
     if gap < zero:
-        pressed = -gap  # depth at which the penalty would bear what the contact does
-        lag = law.lag
-        t.stored = normal_energy(law, mass, laws, pad, -gap)
-        if pad.law > 0:
-            area = padded_area(law, mass, laws, pad)
-            soft = compacted(laws, pad.law - 1, -gap)
-            pressed = area * soft[0] / stiffness
-            lag *= wp.sqrt(wp.min(area * soft[2] / stiffness, wp.float64(1.0)))
+        energy, pressed, lag = normal_response(law, laws, mass, pad, -gap)
         depth = wp.max(pressed - lag * approach, zero)  # … with the dashpot
         t.dashpot = stiffness * (depth - pressed)
-        length = wp.length(trial)
-        pressure = wp.float64(-1.0)
-        if pad.area > zero:
-            pressure = stiffness * depth / pad.area
-        limit = bearable(law.friction, rub, pressure, depth, length, law.time_step)
-        t.spring = (limit / wp.max(wp.max(length, limit), TINY)) * trial
-        t.slip = wp.max(length - limit, zero)
         t.pressing = stiffness * depth
+        t.spring = trial
+        square = wp.length_sq(trial)
+        holds = rub.coefficient * depth  # where no law says otherwise
+        if rub.law > 0 or square > holds * holds:
+            length = wp.sqrt(square)
+            pressure = pressure_on(pad, t.pressing)
+            limit = bearable(law.friction, rub, pressure, depth, length, law.time_step)
+            t.spring = (limit / wp.max(wp.max(length, limit), TINY)) * trial
+            t.slip = wp.max(length - limit, zero)
         t.force = stiffness * (depth * normal - t.spring)
-        t.stored += half * stiffness * wp.length_sq(t.spring)
+        t.stored = energy + half * stiffness * wp.length_sq(t.spring)
     # Work of the mean of a step's two end forces over its way, less what the spring took up.
     t.damping = -half * law.time_step * (dashpot + t.dashpot) * approach
     t.friction = half * stiffness * wp.dot(spring + t.spring, trial - t.spring)

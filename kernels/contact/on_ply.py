@@ -49,6 +49,7 @@ class PlyMemory:
     way: wp.float64  # that it may come closer before it is near [m]
     ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
     across: wp.int32  # 1 if it lies across the stacking order, 2 if undecided past the border
+    loose: wp.int32  # 1 if a ply is in sight, but the next one does not cover the point in its order
 
 
 @wp.struct
@@ -184,6 +185,19 @@ def settled(
 
 
 @wp.func
+def leave_slot(i: int, slot: int, slots: Slots, lost: wp.array(dtype=wp.vec3d)):
+    """Let go a contact that is near no more, as past a ply's edge; vertex i books what is lost."""
+    stored = slots.stored[slot]
+    zero = wp.float64(0.0)
+    if stored > zero:
+        lost[i] += wp.vec3d(stored, zero, zero)
+        slots.stored[slot] = zero
+        slots.forces[slot] = zero
+        slots.springs[slot] = wp.vec3d()
+        slots.dashpots[slot] = zero
+
+
+@wp.func
 def press_slot(
     law: ContactLaw,
     laws: CompactionLaws,
@@ -219,19 +233,14 @@ def press_slot(
     contact = slots.contacts[slot]
     stored = slots.stored[slot]
     if contact.near == 0:
-        if stored > zero:  # slid over a ply's edge
-            lost[i] += wp.vec3d(stored, zero, zero)
-            slots.stored[slot] = zero
-            slots.forces[slot] = zero
-            slots.springs[slot] = wp.vec3d()
-            slots.dashpots[slot] = zero
+        leave_slot(i, slot, slots, lost)
         return False, wp.vec3d()
     gap = contact_gap(contact, x, point)
     if gap >= zero and stored == zero:
         return False, wp.vec3d()
-    a = contact.a
-    b = contact.b
-    c = contact.c
+    a = wp.max(contact.a, 0)  # known not to count from the end, which Warp would ask each time
+    b = wp.max(contact.b, 0)
+    c = wp.max(contact.c, 0)
     w = contact.weights
     t = contact_traction(
         law,
@@ -283,6 +292,8 @@ def press_on_ply(
         f: forces [N], shape [vertex]; accumulated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
+    i = wp.max(i, 0)
+    slot = wp.max(slot, 0)
     pressed, force = press_slot(law, laws, i, slot, x[i], v[i], x, v, slots, f, lost)
     if pressed:
         wp.atomic_add(f, i, force)

@@ -246,8 +246,9 @@ def find_ply_contacts(
         plane.beyond = 2
         met = memory[slot].ply - 1
         last = wp.where(memory[slot].seen > 0, met, -1)
-        if search.asks == 1:
+        if search.asks == 1 or memory[slot].loose == 1:
             count = stack.half.shape[0]
+            covered = wp.int32(0)
             radius = radius_of(search)
             ply = searching + way
             met = ply
@@ -255,6 +256,8 @@ def find_ply_contacts(
                 first = stack.first_triangle[ply]
                 there = ask_for_nearest(facets, stack.meshes[ply], first, radius, x, x[i])
                 if there.facet >= 0:
+                    if search.asks == 0:  # the query mesh is of the last search in which all asked
+                        there = walk_to_nearest(facets, there.facet, x, hollows, x[i])
                     thickness = stack.half[searching] + stack.half[ply]
                     lay = wp.int32(2)
                     if ply == last:
@@ -269,13 +272,17 @@ def find_ply_contacts(
                         plane = other
                         met = ply
                     if other.beyond == 0 and other.across == 0:
+                        covered = 1
                         ply = wp.where(way > 0, count, -1)
                 ply += way
+            memory[slot].loose = wp.where(nearest.facet >= 0, 1 - covered, 0)
         elif memory[slot].seen > 0:
             nearest = walk_to_nearest(facets, memory[slot].seen - 1, x, hollows, x[i])
             thickness = stack.half[searching] + stack.half[met]
             lay = memory[slot].across
             plane = plane_on_side(facets, nearest, side, lay, thickness, x, normals, hollows)
+            if plane.beyond > 0 or plane.across != 0:
+                memory[slot].loose = 1
         memory[slot].seen = nearest.facet + 1
         if nearest.facet < 0:
             continue

@@ -106,22 +106,26 @@ def advance_vertices(
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
         runaway: first runaway vertex, −1 while there is none, shape [1].
     """
-    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+    one = wp.float64(1.0)
+    half = wp.float64(0.5)
+    dt = medium.time_step
+    rate = rates[step[0]]
+    drag = half * rate * dt
+    kept = one - drag
+    shared = one / (one + drag)
+    fastest = medium.speed_limit * medium.speed_limit
+    for entry in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+        i = wp.max(entry, 0)  # so that Warp need not ask whether it counts from the end
         if clamp[i] >= 0:
             continue
-        one = wp.float64(1.0)
-        half = wp.float64(0.5)
-        dt = medium.time_step
-        rate = rates[step[0]]
-        drag = half * rate * dt
         load = f[i] + (mass[i] - added_mass[i]) * medium.gravity
         old = v[i]
-        new = ((one - drag) * old + (dt / mass[i]) * load) / (one + drag)
+        new = shared * (kept * old + (dt / mass[i]) * load)
         if rate > wp.float64(0.0):
             mean = half * (old + new)
             loss = rate * mass[i] * dt * wp.dot(mean, mean)
             lost[i] += wp.vec3d(wp.float64(0.0), wp.float64(0.0), loss)
-        if not (wp.dot(new, new) < medium.speed_limit * medium.speed_limit):
+        if not (wp.dot(new, new) < fastest):
             wp.atomic_cas(runaway, 0, -1, i)
         f[i] = wp.vec3d()
         v[i] = new

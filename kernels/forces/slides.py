@@ -28,7 +28,7 @@ SLIDES_SHARE = 1.0
 """q_s, what slides take at most of the 4 in (Δt ω)² ≤ 4 [-]: their inertia is 2/q_s times the sum
 of the bars beside them, as stiff as these may be."""
 ANY = wp.constant(wp.float64(1.0e30))
-"""Yarn that may leave where no bar could run out of it [m]."""
+"""Yarn that may leave where no bar could run out of it, elongation where nothing holds [m]."""
 
 
 @wp.struct
@@ -51,6 +51,14 @@ class Grip:
 
 
 @wp.func
+def most_held(spring: wp.float64, limit: wp.float64) -> wp.float64:
+    """Elongation at which a crossing slips [m]."""
+    if spring > wp.float64(0.0):
+        return limit / spring
+    return ANY
+
+
+@wp.func
 def gripped(
     pull: wp.float64,
     rate: wp.float64,
@@ -66,12 +74,12 @@ def gripped(
         rate: r in the step before [m].
         elongation: e of the spring [m].
         inertia: M [N/m].
-        spring: c k [N/m], above 0.
+        spring: c k [N/m]; 0 where yarns end on each other without a crossing.
         limit: c F [N].
     """
     one = wp.float64(1.0)
     out = Grip()
-    most = limit / spring
+    most = most_held(spring, limit)
     driven = rate + pull / inertia
     e = wp.clamp(elongation, -most, most)
     out.rate = (driven - spring * e / inertia) / (one + spring / inertia)
@@ -176,7 +184,7 @@ def make_slide_kernels(bar_loads, press, Tension):
                             out.room_above[f] = room
             out.tension[f] = total / wp.max(beside, one)
         if crossovers.rubbing[v] > wp.float64(0.0):
-            out.press = press_at(law, bars, crossovers, v, slides, x)
+            out.press = press_at(law, bars, crossovers, v, slides, x) + crossovers.pressed[v]
         return out
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -227,7 +235,7 @@ def make_slide_kernels(bar_loads, press, Tension):
                 # its neighbour may take the other half of a bar's
                 rate = wp.clamp(grip.rate, -half * on.room_below[f], half * on.room_above[f])
                 if rate != grip.rate:
-                    most = limit / spring
+                    most = most_held(spring, limit)
                     grip.elongation = wp.clamp(known.grip[f] + rate, -most, most)
                 now.s[f] = known.s[f] + rate
                 now.rate[f] = rate

@@ -33,6 +33,7 @@ class Crossovers:
     inertia: wp.array(dtype=wp.vec2d)  # M [N/m]
     friction: wp.array(dtype=wp.vec2d)  # F added per line tension of the other family [m]
     rubbing: wp.array(dtype=wp.float64)  # F added per force of a crossing's yarns on each other [-]
+    pressed: wp.array(dtype=wp.float64)  # of this force what contacts bring [N]
     below: wp.array(dtype=wp.vec2d)  # yarn before its share's upper end, flat [m]
     above: wp.array(dtype=wp.vec2d)  # yarn after its share's lower end, flat [m]
     span: wp.array(dtype=wp.vec2d)  # length of its share [m]

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MARGIN = 10e-3
 """How far a blank that is not given stays within the mould's border [m]."""
+SHARES = 100
+"""Sizes that are tried for it, down from the mould's own."""
 FEWEST = 1.0 / 3.0
 """Size of a blank over the mould's shape below which one of them has another unit [-]."""
 _SIZE = re.compile(r"\s*([\d.]+)\s*[x×]\s*([\d.]+)\s*(mm|cm|m)\s*")
@@ -28,11 +30,8 @@ def blank_of(
     """The drawing, or the sizes of a rectangle [m]; whether it is moved; what is to be said."""
     import shapely
 
-    low, high = np.reshape(mould.face.outer.bounds, (2, 2))
     if not arguments.blank:
-        x, y = (max(float(side) - 2.0 * MARGIN, 0.5 * float(side)) for side in high - low)
-        sizes = (1e-3 * round(1e3 * x), 1e-3 * round(1e3 * y))
-        words = f"No blank was given: {1e3 * sizes[0]:g} × {1e3 * sizes[1]:g} mm, within the mould."
+        sizes, words = _within(mould)
         return None, sizes, False, [words]
     if found := _SIZE.fullmatch(arguments.blank):
         factor = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[found[3]]
@@ -57,6 +56,32 @@ def blank_of(
     if centred:
         told[0] += "; drawn elsewhere, it is laid with its middle over the mould's"
     return drawn, (0.0, 0.0), centred, told
+
+
+def _within(mould: Mould) -> tuple[tuple[float, float], str]:
+    """Sizes [m] of a rectangle within the mould's border, in proportion, and what is said of it.
+
+    Where the border is round, or has cut corners, none there may cover the mould's shape: the
+    rectangle covers it then, and goes beyond the border.
+    """
+    import shapely
+
+    middle = np.asarray(mould.middle)
+    low, high = np.reshape(mould.face.outer.bounds, (2, 2))
+    whole = [max(float(side) - 2.0 * MARGIN, 0.5 * float(side)) for side in high - low]
+    border = mould.face.outer.buffer(1e-6)
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * whole
+    shares = np.linspace(1.0, 0.0, SHARES, endpoint=False)
+    fits = [share for share in shares if border.contains(shapely.Polygon(middle + share * corners))]
+    low, high = np.reshape(mould.face.outline.bounds, (2, 2))
+    reach = 2.0 * np.maximum(middle - low, high - middle) + 2.0 * MARGIN
+    least = min(float((reach / whole).max()), 1.0)
+    share = max(fits[0] if fits else 0.0, least)
+    x, y = (1e-3 * round(1e3 * share * side) for side in whole)
+    where = "within the mould"
+    if not fits or fits[0] < least:
+        where = "as the mould's shape needs, with corners beyond its border"
+    return (x, y), f"No blank was given: {1e3 * x:g} × {1e3 * y:g} mm, {where}."
 
 
 def checked_against(mould: Mould, sizes: tuple[float, float]) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdrape.cad_file import is_cad
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, one_of
 
 if TYPE_CHECKING:
     from warpdrape.tools.mould import Mould
@@ -65,6 +65,25 @@ def mould_of(arguments: argparse.Namespace, tolerance: float) -> tuple[Mould, li
         f"{size(mould.tool.vertices)}, {len(mould.tool.triangles):,} facets"
     ]
     return mould, told + _doubts(mould, arguments.kind)
+
+
+def refuse_idle(arguments: argparse.Namespace) -> None:
+    """Raise `InputError` for an option of a file that is not given: it would do nothing."""
+    from warpdrape.tools.mould import KINDS, UPWARD
+
+    drawing = (arguments.blank or "").lower().endswith(".dxf")
+    if arguments.kind is not None:
+        one_of("kind of mould", arguments.kind, KINDS)
+    one_of("up", arguments.up, UPWARD)
+    mould, file = bool(arguments.mould), "--mould FILE"
+    for option, idle, of, instead in (
+        ("kind", arguments.kind is not None and not mould, "a mould", file),
+        ("up", arguments.up != "z" and not mould, "a mould", file),
+        ("units", arguments.units and not (mould or drawing), "a mould or a drawing", file),
+        ("layer", arguments.layer and not drawing, "a .dxf", "--blank FILE.dxf"),
+    ):
+        if idle:
+            raise InputError(f"--{option} is of {of}: give {instead} too, or leave it away")
 
 
 def _doubts(mould: Mould, kind: str | None) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from warpdrape.cad_file import is_cad
 from warpdrape.commands.new_blank import blank_of, checked_against
-from warpdrape.commands.new_mould import mould_of, sizes_of
+from warpdrape.commands.new_mould import mould_of, refuse_idle, sizes_of
 from warpdrape.commands.scene_draft import Draft
 from warpdrape.commands.scene_template import CLOSING, script_text
 from warpdrape.errors import InputError
@@ -46,6 +46,7 @@ def new(arguments: argparse.Namespace) -> None:
     with interrupt_kept():
         from warpdrape.warp_start import start_warp
     start_warp()
+    refuse_idle(arguments)
     draft, told = _draft(arguments, path)
     _write(path, script_text(draft))
     print("\n".join([f"{path} is written.", *(f"  {line}" for line in told)]))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_contact import thickest
@@ -102,7 +103,12 @@ class EdgeContact:
             copy=tuple(self._mark(run, plies, memory) for run in share.vertices),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
-            scatter=tuple(self._forces(run, plies, memory) for run in share.vertices),
+            scatter=tuple(self._forces(run, plies, memory) for run in share.vertices)
+            + tuple(
+                launch
+                for run in share.vertices
+                for launch in press_through.of_edges(run, self.sheets.edges, memory, bodies)
+            ),
         )
 
     def _mark(self, run: Run, plies: PlyState, memory: EdgeContactMemory) -> Swept:

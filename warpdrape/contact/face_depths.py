@@ -14,7 +14,12 @@ import warp as wp
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Run, Span, Swept
-from warpdrape.kernels.contact.face_depths import find_face_depths, find_vertex_planes
+from warpdrape.kernels.contact.face_depths import (
+    Look,
+    PlaceSeen,
+    find_face_depths,
+    find_vertex_planes,
+)
 from warpdrape.kernels.contact.tool_planes import ToolPlane
 from warpdrape.setup import Setup
 from warpdrape.state import State
@@ -22,10 +27,16 @@ from warpdrape.tools.pose import Pose
 
 BETWEEN = np.array([[0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0], [1.0 / 3.0] * 3])
 """Places of a triangle that are looked at besides its corners: middles of sides, its centre."""
+Depths = Sequence[tuple[float, float]] | np.ndarray
+"""Deepest place at vertices, and between them, for each tool [m]."""
 
 
 class FaceDepths:
-    """Looks at how deep plies lie in tools."""
+    """Looks at how deep plies lie in tools, and remembers where it need not look again.
+
+    Attributes:
+        seen: places as they were when a tool was asked for them, shape [tool · place].
+    """
 
     def __init__(self, scene: Setup, spans: Sequence[Span], device: str) -> None:
         """Put tools, and places of the plies, on a device.
@@ -42,31 +53,42 @@ class FaceDepths:
         self._radius = 0.5 * float(max(sides)) + max(thickness)
         half = np.repeat(0.5 * np.array(thickness), [span.vertex_count for span in spans])
         self._half = wp.array(half, dtype=wp.float64, device=device)
-        self._planes = wp.empty(self._vertices, dtype=ToolPlane, device=device)
         corners, weights = _places(scene, spans)
         self._corners = wp.array(corners, dtype=wp.vec3i, device=device)
         self._weights = wp.array(weights, dtype=wp.vec3d, device=device)
+        slots = len(scene.tools) * self._vertices
+        self._planes = wp.zeros(slots, dtype=ToolPlane, device=device)
+        self._turns = wp.zeros(slots, dtype=wp.int32, device=device)
+        self.seen = wp.zeros(len(scene.tools) * len(corners), dtype=PlaceSeen, device=device)
 
-    def deepest(self, state: State) -> np.ndarray:
+    def deepest(self, state: State, known: Depths = ()) -> np.ndarray:
         """Deepest place of all plies at vertices, and between them [m], shape [tool, 2].
 
         Args:
             state: the state now.
+            known: the deepest at earlier frames, which are part of what is returned; places that
+                cannot be deeper are not asked for. Empty for none.
         """
-        found = [self._depths(*tool, state) for tool in enumerate(state.tools.poses())]
-        return np.array(found).reshape(-1, 2)
+        before = np.array(known if len(known) else np.zeros((len(self._meshes), 2)))
+        found = [
+            self._depths(tool, pose, state, before[tool, 1])
+            for tool, pose in enumerate(state.tools.poses())
+        ]
+        return np.maximum(np.array(found).reshape(-1, 2), before.reshape(-1, 2))
 
-    def _depths(self, tool: int, pose: Pose, state: State) -> tuple[float, float]:
+    def _depths(self, tool: int, pose: Pose, state: State, known: float) -> tuple[float, float]:
         places, device = len(self._corners), self._device
         at_vertices, between = (
             wp.empty(count, dtype=wp.float64, device=device) for count in (self._vertices, places)
         )
-        place = [wp.mat33d(*pose.turned.ravel()), wp.vec3d(*pose.shift)]
-        known = [self._surfaces, tool, *place, self._half, self._radius, state.plies.x]
-        outputs = [self._planes, at_vertices]
-        Swept(find_vertex_planes, Run(0, self._vertices), known, outputs)(device)
-        inputs = [*known, self._planes, self._corners, self._weights]
-        Swept(find_face_depths, Run(0, places), inputs, [between])(device)
+        look = Look()
+        look.tool, look.radius, look.known = tool, self._radius, known
+        look.turned, look.shift = wp.mat33d(*pose.turned.ravel()), wp.vec3d(*pose.shift)
+        asked = [self._surfaces, look, self._half, state.plies.x]
+        planes = [self._planes, self._turns]
+        Swept(find_vertex_planes, Run(0, self._vertices), asked, [*planes, at_vertices])(device)
+        inputs = [*asked, *planes, self._corners, self._weights]
+        Swept(find_face_depths, Run(0, places), inputs, [self.seen, between])(device)
         return float(at_vertices.numpy().max()), float(between.numpy().max())
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.interfaces import forces_of_pairs, interface_entries, pressing_on_faces
 from warpdrape.contact.law import contact_law
@@ -92,7 +93,14 @@ class PlyContact:
                 self._find(*look, part, bodies.plies, memory, asking=False) for look in looks
             ),
             scatter=tuple(self._forces(*look, bodies.plies, memory) for look in looks)
-            + self._heat(looks, bodies, memory),
+            + self._heat(looks, bodies, memory)
+            + tuple(
+                launch
+                for look, run in looks
+                for launch in press_through.of_vertices(
+                    run, self._slot(look, run), memory.slots, bodies
+                )
+            ),
         )
 
     def _slot(self, look: PlyLook, run: Run) -> int:

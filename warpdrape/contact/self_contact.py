@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.friction import rub
 from warpdrape.contact.law import contact_law
@@ -110,8 +111,19 @@ class SelfContact:
             measure=tuple(self._mark(ply, part, plies) for ply in in_care),
             ask=tuple(self._find(*each, part, plies, memory, asking=True) for each in own),
             walk=tuple(self._find(*each, part, plies, memory, asking=False) for each in own),
-            scatter=tuple(self._forces(*each, plies, memory) for each in own),
+            scatter=tuple(self._forces(*each, plies, memory) for each in own)
+            + tuple(
+                launch
+                for ply, run in own
+                for slot in self._slots(ply, run)
+                for launch in press_through.of_vertices(run, slot, memory.slots, bodies)
+            ),
         )
+
+    def _slots(self, ply: SearchedSelf, run: Run) -> tuple[int, int]:
+        """First contacts of a run of its vertices on either side."""
+        first = ply.first_slot + run.first - ply.first_vertex
+        return first, first + ply.vertices
 
     def _bound(self, ply: SearchedSelf, plies: PlyState) -> Launch:
         first, count = self.runs[ply.number]

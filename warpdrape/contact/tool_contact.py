@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
@@ -128,6 +129,7 @@ class ToolContact:
             push.append(Swept(add_tool_forces, run, inputs, outputs))
         if self.heat is not None:
             push += self.heat.launches(share, bodies, memory.touching, memory.planes, memory.holds)
+        push += press_through.of_tools(share, memory.holds, bodies)
         return Launches(ask=tuple(find), walk=tuple(find), push=tuple(push))
 
     def measure(self, bodies: Bodies, memory: ToolMemory) -> Measured:

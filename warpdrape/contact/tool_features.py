@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
+from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.features import points_of
 from warpdrape.contact.friction import rubs
@@ -121,9 +122,8 @@ class FeatureContact:
         return Launches(
             ask=self._search(bodies, memory, asking=True),
             walk=self._search(bodies, memory, asking=False),
-            scatter=tuple(
-                self._forces(number, bodies, memory) for number in range(len(self.plies))
-            ),
+            scatter=tuple(self._forces(number, bodies, memory) for number in range(len(self.plies)))
+            + press_through.of_points(memory.contacts, memory.pressing, bodies),
         )
 
     def _search(

@@ -131,8 +131,8 @@ def advance(part: Part) -> None:
 
 
 def gather_forces(part: Part, parts: Sequence[Part]) -> None:
-    """Add to a part's vertices the forces, and heat, that the others have scattered there."""
-    ours, heat = part.state.plies.f, part.state.heat
+    """Add to a part's vertices what the others have scattered there: forces, heat, pressing."""
+    ours, heat, pressing = part.state.plies.f, part.state.heat, part.state.pressing
     for first, count in part.vertices:
         for other in parts:
             if other is part:
@@ -141,6 +141,9 @@ def gather_forces(part: Part, parts: Sequence[Part]) -> None:
             wp.launch(take_over, 1, inputs=inputs, outputs=[ours], device=ours.device)
             if heat is not None:
                 inputs, outputs = [first, other.state.heat.power], [heat.power]
+                wp.launch(take_over_each, count, inputs=inputs, outputs=outputs, device=ours.device)
+            if pressing is not None:
+                inputs, outputs = [first, other.state.pressing.pressing], [pressing.pressing]
                 wp.launch(take_over_each, count, inputs=inputs, outputs=outputs, device=ours.device)
 
 

@@ -12,6 +12,7 @@ from warpdrape.contact import (
     heat,
     ply_contact,
     ply_surfaces,
+    press_through,
     self_contact,
     tool_contact,
     tool_features,
@@ -48,7 +49,7 @@ FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
 """Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`. After
-them comes `heat`, which takes up what they pass."""
+them come `heat` and `press_through`, which take up what they pass."""
 
 
 def membrane_of(scene: Setup) -> ModuleType:
@@ -81,5 +82,5 @@ def build_contacts(
     needed = (scene, spans, timing, mass, surfaces, pads, device)
     built = [contact.build(*needed) for contact in CONTACTS]
     found = [thing for thing in (surfaces, *built) if thing is not None]
-    warmth = heat.build(scene, found, device)
-    return tuple(found if warmth is None else [*found, warmth])
+    after = (heat.build(scene, found, device), press_through.build(scene))
+    return (*found, *(thing for thing in after if thing is not None))

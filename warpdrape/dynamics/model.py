@@ -8,6 +8,7 @@ from itertools import accumulate
 import numpy as np
 import warp as wp
 
+from warpdrape.contact import press_through
 from warpdrape.contact.tool_pose import turning_tools
 from warpdrape.dynamics.floating import floating_tools
 from warpdrape.dynamics.interactions import build_contacts, forces_of
@@ -23,6 +24,7 @@ from warpdrape.state import (
     start_heat,
     start_loads,
     start_plies,
+    start_pressing,
     start_tools,
 )
 from warpdrape.timing import Timing, peak_speed, plan_steps
@@ -112,7 +114,7 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
         added_mass=wp.array(masses.added, dtype=wp.float64, device=device),
         rest=wp.array(rest, dtype=wp.vec3d, device=device),
         clamp=wp.array(_clamp_index(scene, spans), dtype=wp.int32, device=device),
-        floating=floating_tools(scene, device),
+        floating=floating_tools(scene, float(masses.mass.sum()), device),
         turning=turning_tools(scene, device),
         medium=_medium(scene, timing),
     )
@@ -153,6 +155,7 @@ def initial_state(model: Model) -> State:
         clamps=start_clamps(scene, n, ahead, device),
         loads=start_loads(scene, ahead, device),
         heat=start_heat(scene, device),
+        pressing=start_pressing(n, device) if press_through.asked_for(scene) else None,
         scaled=start_scaled(n, device) if model.selective else None,
         memory=tuple(thing.start() for thing in model.interactions),
         step=wp.zeros(1, dtype=wp.int32, device=device),

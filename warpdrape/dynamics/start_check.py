@@ -172,9 +172,10 @@ def check_steps(model: Model) -> None:
     timing, scene = model.timing, model.scene
     least = LIGHTEST_TOOL * float(model.masses.mass.sum())
     for tool in scene.tools:
-        if isinstance(tool.motion, Float) and tool.motion.mass < least:
+        mass = tool.motion.mass if isinstance(tool.motion, Float) else None
+        if mass is not None and mass < least:
             raise InputError(
-                f"tool {tool.name!r}: mass = {tool.motion.mass:.4g} kg is too light to float on "
+                f"tool {tool.name!r}: mass = {mass:.4g} kg is too light to float on "
                 f"these plies: give it {least:.4g} kg or more"
             )
     number, triangle, shorter = model.masses.dictator

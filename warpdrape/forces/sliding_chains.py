@@ -69,11 +69,13 @@ def check_card(ply: Ply) -> None:
             f"{ply.name!r}, slip force and stiffness: give them in its file, or take "
             "approach = 'yarns', whose crossovers are pinned"
         )
-    if fabric.crossover.yarn_friction > 0.0 and not isinstance(fabric.tension, CrimpInterchange):
+    law = fabric.crossover
+    knows_press = isinstance(fabric.tension, CrimpInterchange) or law.friction > 0.0
+    if law.yarn_friction > 0.0 and not knows_press:
         raise InputError(
-            f"crossover.yarn_friction = {fabric.crossover.yarn_friction:g} of fabric "
-            f"{fabric.name!r} rubs with the force that the yarns' crimp presses with, and its "
-            "tension law knows no crimp: give crossover.friction, per tension of the crossed yarn"
+            f"crossover.yarn_friction = {law.yarn_friction:g} of fabric {fabric.name!r} rubs with "
+            "the force that the yarns' crimp presses with, and its tension law knows no crimp: "
+            "give crossover.friction beside it, per tension of the crossed yarn"
         )
 
 
@@ -177,6 +179,7 @@ def crossovers_on(
     out.friction = pairs(crossings * law.friction * np.array(crossed))
     rubbing = law.yarn_friction * crossings[:, 0]
     out.rubbing = wp.array(rubbing, dtype=wp.float64, device=device)
+    out.pressed = wp.zeros(len(rubbing), dtype=wp.float64, device=device)
     beside = np.where(chains.bars < 0, 0.0, stiffness[chains.bars]).reshape(-1, 2, 2).sum(axis=2)
     out.inertia = pairs(np.where(beside > 0.0, 2.0 / SLIDES_SHARE * beside, 1.0))
     out.below, out.above, out.span = pairs(below), pairs(above), pairs(chains.span)

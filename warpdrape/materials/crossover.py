@@ -28,8 +28,9 @@ class Crossover:
         stiffness_weft: likewise of a weft yarn [N/m].
         friction: slip force that is added per tension of the yarn that is crossed [-].
         yarn_friction: slip force that is added per force with which the yarns press on each other
-            [-], where the tension law knows their crimp: 2 t h/L of a yarn of tension t that climbs
-            h over a length L from crossing to crossing.
+            [-]: what goes through the ply from tools and other plies, and, where the tension law
+            knows their crimp, 2 t h/L of a yarn of tension t that climbs h over a length L from
+            crossing to crossing.
     """
 
     slip_force_warp: float

@@ -195,7 +195,7 @@ def _scale_of(runs: _Runs, begin: Place, names: Sequence[str]) -> np.ndarray:
     bad = ~agree(wide, narrow, FLAT * steepest[:, None])
     if bad.any():
         row, column = np.argwhere(bad)[0]
-        what = "the objective" if row == 0 else f"constraint {row}"
+        what = "the objective" if row == 0 else f"the measure of constraint {row}"
         raise _Broken(
             f"optimise: method = 'gradient': {what} changes with {names[column]} by "
             f"{wide[row, column]:.3g} over its range by one step and by {narrow[row, column]:.3g} "

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from warpdrape.dynamics.cores import physical_cores
-from warpdrape.errors import InputError
+from warpdrape.errors import InputError, RunFailed
 from warpdrape.optional import needed
 from warpdrape.studies.forked import keepers, may_fork
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 CONNECT_S = 20
 """Longest wait for a scheduler's answer [s]."""
+WORKERS_S = 120
+"""Longest wait for all workers that are made here [s]."""
 
 
 _TALKERS = ("distributed", "tornado", "asyncio")
@@ -45,6 +47,7 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 
     Raises:
         InputError: if the extra is not installed, or nobody answers at the address.
+        RunFailed: if workers made here do not come up.
     """
     distributed = needed("distributed", "studies")
     for name in [*_TALKERS, *logging.root.manager.loggerDict]:
@@ -85,8 +88,19 @@ def _local(distributed: Any, workers: int) -> Iterator[Client]:
             distributed.Client(cluster, set_as_default=False) as client,
         ):
             call(cluster.scheduler_address)
-            client.wait_for_workers(workers)
+            _wait(client, workers)
             yield client
+
+
+def _wait(client: Client, workers: int) -> None:
+    """Wait until workers that were forked answer."""
+    try:
+        client.wait_for_workers(workers, timeout=WORKERS_S)
+    except TimeoutError as error:
+        raise RunFailed(
+            f"not all of {workers} workers answer within {WORKERS_S} s: the machine may be short "
+            "of memory; take fewer --workers"
+        ) from error
 
 
 def _cluster(distributed: Any, workers: int, place: str) -> Any:

@@ -51,22 +51,22 @@ def keepers(distributed: Any, count: int, place: str) -> Iterator[Any]:
     """
     fork = multiprocessing.get_context("fork")
     lines: list[Connection] = []
-    kept = []
+    kept: list[Any] = []
     memory = int(distributed.system.MEMORY_LIMIT / count)
-    for number in range(count):
-        ear, line = fork.Pipe(duplex=False)
-        lines.append(line)
-        known = (distributed, ear, tuple(lines), place, memory)
-        keeper = fork.Process(target=_keep, args=known, name=f"warpdrape-keeper-{number}")
-        keeper.start()
-        ear.close()
-        kept.append(keeper)
 
     def call(address: str) -> None:
         for line in lines:
             line.send(address)
 
     try:
+        for number in range(count):
+            ear, line = fork.Pipe(duplex=False)
+            lines.append(line)
+            known = (distributed, ear, tuple(lines), place, memory)
+            keeper = fork.Process(target=_keep, args=known, name=f"warpdrape-keeper-{number}")
+            keeper.start()
+            kept.append(keeper)
+            ear.close()
         yield call
     finally:
         for line in lines:

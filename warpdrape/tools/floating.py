@@ -21,14 +21,15 @@ class Float:
         force: pressing force [N], the tool's weight included; or pairs (time [s], force [N])
             through which it goes smoothly, the ends holding before and after.
         axis: direction in which it presses, shape [3].
-        mass: moving mass [kg].
+        mass: moving mass [kg]; None takes that of the scene's plies. A run is so much faster than a
+            press that a real holder's inertia would press several times as hard as its force.
         ramp: time over which the force rises smoothly from zero [s].
         damping: of the motion along the axis [N·s/m]; None takes the largest ``force`` at 5 m/s.
     """
 
     force: float | Sequence[tuple[float, float]]
     axis: Sequence[float] = (0.0, 0.0, -1.0)
-    mass: float = 0.5
+    mass: float | None = None
     ramp: float = 2e-3
     damping: float | None = None
 
@@ -42,7 +43,8 @@ class Float:
                 raise InputError("tool force must be zero or more at all its times")
         else:
             largest = positive("tool force", self.force, unit="N", zero=True)
-        positive("tool mass", self.mass, unit="kg")
+        if self.mass is not None:
+            positive("tool mass", self.mass, unit="kg")
         positive("force ramp", self.ramp, unit="s", zero=True)
         axis = vector("tool axis", self.axis)
         if np.linalg.norm(axis) == 0.0:

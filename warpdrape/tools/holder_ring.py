@@ -18,9 +18,7 @@ FINE = 5e-5
 """How far the opening's outline may be off the one asked for [m]."""
 
 
-def holder_ring(
-    who: str, opening: shapely.Polygon, outer: shapely.Polygon, *, up: bool
-) -> tuple[Surface, float]:
+def holder_ring(who: str, opening: shapely.Polygon, outer: shapely.Polygon, *, up: bool) -> Surface:
     """Make the holder, its flat at z = 0.
 
     Args:
@@ -28,9 +26,6 @@ def holder_ring(
         opening: the outline that stays free [m].
         outer: where the holder ends [m].
         up: whether it faces up, else down.
-
-    Returns:
-        Its surface, and the area of its flat [m²].
 
     Raises:
         InputError: if the opening leaves nothing of it, or parts of it only.
@@ -50,7 +45,7 @@ def holder_ring(
     parts = [_rounding(loop, side), _sheet(flat, side)]
     made = joined(parts)
     made.mesh.merge_vertices()
-    return made, float(flat.area)
+    return made
 
 
 def _rounding(loop: np.ndarray, side: float) -> Surface:

@@ -30,10 +30,6 @@ UPWARD = {
     "-y": ((1, 0, 0), -0.5 * np.pi),
 }
 """Directions of a file that may be up: axis and angle that turn each to z [rad]."""
-ALUMINIUM, PLATE, CARRIED = 2700.0, 5e-3, 0.5e-3
-"""Density of a holder's plate [kg/m³]; its thickness, and that of one which goes with the stroke
-[m]: about as heavy as plies, for the inertia of a real one would press several times as hard as the
-holder where a simulation is so much faster than the press."""
 SLOW, ALONG = 5.0, 20.0
 """Speeds at which a holder's dashpot bears its force, and that of one which goes along [m/s]."""
 FORCE_RISES = 2e-3
@@ -188,11 +184,10 @@ class Mould:
         male = self.kind == "male"
         room = clearance + (thickness if male else 0.0)
         opening = self.face.outline.buffer(room, quad_segs=16)
-        surface, area = holder_ring(who, opening, self.face.outer, up=male)
+        surface = holder_ring(who, opening, self.face.outer, up=male)
         way = (0.0, 0.0, 1.0 if male else -1.0)
-        mass = ALUMINIUM * (CARRIED if male else PLATE) * area
         damping = force / (ALONG if male else SLOW)
-        press = Float(force=force, axis=way, mass=mass, ramp=FORCE_RISES, damping=damping)
+        press = Float(force=force, axis=way, ramp=FORCE_RISES, damping=damping)
         ring = Tool(name=name, surface=surface, motion=press)
         return ring.moved((0.0, 0.0, self.level + (0.0 if male else thickness)))
 
