@@ -8,8 +8,13 @@ import pytest
 import warpdrape
 
 SCENE = Path(__file__).parent / "typed_scene.py"
-ROOMS = ("results", "report", "exports")
+ROOMS = ("results", "report", "exports", "coupons")
 """Rooms of the package that are clean too, beside the modules of public names."""
+NOT_YET = (
+    *("cad_file", "fishnet_result", "fishnet_run", "interaction", "recorder", "simulation"),
+    *("state", "warp_start", "watch", "wording"),
+)
+"""Modules beside the rooms that are not; all others there are."""
 SETTINGS = """
 [mypy]
 follow_imports = silent
@@ -53,6 +58,7 @@ def checked_modules():
     assert len(modules) > 15
     package = Path(warpdrape.__file__).parent
     rooms = [path for room in ROOMS for path in (package / room).glob("*.py")]
+    rooms += [path for path in package.glob("*.py") if path.stem not in NOT_YET]
     return {*(Path(module.__file__) for module in modules), *rooms}
 
 

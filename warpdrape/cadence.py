@@ -40,7 +40,7 @@ class Cadence:
             return frame is not None and (frame % self.frames == 0 or math.isinf(since))
         if self.seconds is not None:
             return since >= self.seconds
-        return since * self.share >= cost
+        return self.share is not None and since * self.share >= cost
 
 
 def read_cadence(asked: str | int) -> Cadence | None:

@@ -16,6 +16,7 @@ from warpdrape.timing import Timing, peak_speed
 from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import rotation
 from warpdrape.tools.tool import Tool
+from warpdrape.tools.turn import Turn
 
 if TYPE_CHECKING:
     from warpdrape.restart import Restart
@@ -75,10 +76,11 @@ def check_motions(model: Model, earlier: Restart) -> None:
     times, peak = np.array([now, now + step]), peak_speed(scene)
     for number, tool in enumerate(scene.tools):
         if tool.turn is not None:
-            _check_turn(tool, earlier, number, times, peak)
+            _check_turn(tool, tool.turn, earlier, number, times, peak)
         if isinstance(tool.motion, Float):
             was = earlier.at_end("tools.force", len(scene.tools))[number]
-            _refuse_step(f"force of tool {tool.name!r}", was, float(tool.motion.force_at(now)), "N")
+            forces = tool.motion.force_at(times)
+            _refuse_step(f"force of tool {tool.name!r}", was, float(forces[0]), "N")
             continue
         shift, velocity = (
             earlier.floats(name, 3)[number] for name in ("tools.shift", "tools.velocity")
@@ -102,13 +104,15 @@ def check_motions(model: Model, earlier: Restart) -> None:
         _refuse_jump(f"clamp {clamp.name!r}", jump, 0.0, step, peak)
 
 
-def _check_turn(tool: Tool, earlier: Restart, number: int, times: np.ndarray, peak: float) -> None:
+def _check_turn(
+    tool: Tool, turn: Turn, earlier: Restart, number: int, times: np.ndarray, peak: float
+) -> None:
     """Raise `InputError` where a tool's turn jumps from where the run has left it."""
-    step, reach = times[1] - times[0], tool.turn.reach(tool.vertices)
+    step, reach = times[1] - times[0], turn.reach(tool.vertices)
     turned = earlier.floats("tools.turned", 9)[number].reshape(3, 3)
-    spin = earlier.floats("tools.spin", 3)[number] @ tool.turn.axis
-    here, there = tool.turn.at(times)
-    jump = reach * float(np.abs(rotation(tool.turn.axis, float(here)) - turned).max())
+    spin = earlier.floats("tools.spin", 3)[number] @ turn.axis
+    here, there = turn.at(times)
+    jump = reach * float(np.abs(rotation(turn.axis, float(here)) - turned).max())
     jerk = reach * abs((there - here) / step - float(spin))
     _refuse_jump(f"turn of tool {tool.name!r}", jump, jerk, step, peak)
 

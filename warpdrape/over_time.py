@@ -44,9 +44,9 @@ def never_negative(name: str, given: Any, unit: str) -> float | tuple[tuple[floa
 
 def over_time(given: float | Sequence[tuple[float, float]], time: np.ndarray) -> np.ndarray:
     """One number, or a table's values, at times [s]."""
-    if isinstance(given, tuple):
-        return through(given, time)
-    return np.full(np.shape(time), float(given))
+    if isinstance(given, int | float):
+        return np.full(np.shape(time), float(given))
+    return through(given, time)
 
 
 def through(table: Sequence[tuple[float, float]], time: np.ndarray) -> np.ndarray:

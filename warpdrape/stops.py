@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable
 from types import FrameType
+from typing import Any
 
 from warpdrape.errors import RunFailed
 
@@ -29,7 +31,7 @@ class Stops:
     def __init__(self) -> None:
         """Nothing asked."""
         self._asked = ""
-        self._before: dict[int, object] = {}
+        self._before: dict[int, Callable[[int, FrameType | None], Any] | int | None] = {}
 
     @property
     def asked(self) -> bool:

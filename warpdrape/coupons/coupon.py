@@ -93,7 +93,7 @@ def steady_pull(travel: np.ndarray, duration: float) -> Stroke:
     slow_down = SPEED_UP / (1.0 + SPEED_UP)  # as a share of the whole stroke, like the speed-up
     travelled = (1.0 - 1.5 * slow_down) / (1.0 - slow_down)
     whole = np.asarray(travel, dtype=float) / travelled
-    return Stroke(travel=whole, duration=duration * (1.0 + SPEED_UP), ramp=slow_down)
+    return Stroke(travel=whole.tolist(), duration=duration * (1.0 + SPEED_UP), ramp=slow_down)
 
 
 def process_rate(

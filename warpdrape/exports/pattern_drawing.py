@@ -80,16 +80,16 @@ def write_svg(out: Path, patterns: Sequence[Pattern]) -> None:
 def _group(pattern: Pattern, letter: float) -> list[str]:
     lines, outline = [f'<g id="{escape(pattern.name)}">'], _outline(pattern)
     for loop in pattern.loops:
-        points = " ".join(f"{x:.7g},{-y:.7g}" for x, y in loop)  # y points down in SVG
+        points = " ".join(f"{_said(x)},{_said(-y)}" for x, y in loop)  # y points down in SVG
         lines.append(f'<polygon class="{outline}" stroke="{STROKES[outline]}" points="{points}"/>')
     for kind, ((x1, y1), (x2, y2)) in _lines(pattern):
         lines.append(
-            f'<line class="{kind}" stroke="{STROKES[kind]}" x1="{x1:.7g}" '
-            f'y1="{-y1:.7g}" x2="{x2:.7g}" y2="{-y2:.7g}"/>'
+            f'<line class="{kind}" stroke="{STROKES[kind]}" x1="{_said(x1)}" '
+            f'y1="{_said(-y1)}" x2="{_said(x2)}" y2="{_said(-y2)}"/>'
         )
     x, y = pattern.low
     lines.append(
-        f'<text x="{x:.7g}" y="{-y + 1.5 * letter:.7g}" font-size="{letter:.3g}" '
+        f'<text x="{_said(x)}" y="{_said(-y + 1.5 * letter)}" font-size="{letter:.3g}" '
         f'font-family="sans-serif" fill="{STROKES["WARP"]}">{escape(_label(pattern))}</text>'
     )
     return [*lines, "</g>"]
@@ -106,3 +106,8 @@ def _lines(pattern: Pattern) -> list[tuple[str, np.ndarray]]:
 
 def _label(pattern: Pattern) -> str:
     return f"{pattern.name}: warp (red) at {pattern.angle:.4g} deg"
+
+
+def _said(millimetres: float) -> str:
+    """A coordinate to 10 nm, without what rounding leaves of zero."""
+    return f"{round(millimetres, 5) + 0.0:.9g}"

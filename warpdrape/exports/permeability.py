@@ -143,7 +143,7 @@ def of_ply(ply: FormedPly, model: FibreModel) -> Permeability:
     if dense.any():
         warnings.warn(
             f"{ply.name}: {int(dense.sum())} triangles have a fibre volume fraction of up to "
-            f"{fraction.max():.3g}, more than fibres pack in this model: {model.densest:.3g} is "
+            f"{fraction.max():.4g}, more than fibres pack in this model: {model.densest:.4g} is "
             "taken there; a fabric that thickens under shear needs a compaction law",
             stacklevel=2,
         )

@@ -16,6 +16,7 @@ from warpdrape.report.run_data import PlyFrames, RunFrames
 DIGITS = 6
 """Significant digits of a plotted number."""
 _MAIN = ("internal", "kinetic", "friction", "damping", "contact", "external_work")
+_OF_PARTS = ("_j",)
 _KINDS = (
     # title, unit, factor, endings of the columns
     ("Forces", "N", 1.0, ("_force_n", "_force_z_n")),
@@ -29,7 +30,7 @@ _KINDS = (
     ("Slip of springs", "mm", 1e3, ("_slip_m",)),
     ("Springs that let go", "%", 100.0, ("_broken",)),
     ("Energies", "J", 1.0, tuple(f"{name}_j" for name in _MAIN)),
-    ("Energies: parts", "J", 1.0, ("_j",)),
+    ("Energies: parts", "J", 1.0, _OF_PARTS),
 )
 _SUMMED_UP = ("max_shear_deg", "time_s", "loading_time_s")
 """Columns that are no curve of their own."""
@@ -49,6 +50,8 @@ def curves(history: Mapping[str, NDArray[np.float64]], run: RunFrames) -> list[d
         main = endings[0] == f"{_MAIN[0]}_j"
         mine = [n for n in left if (n in endings if main else n.endswith(endings))]
         left = [name for name in left if name not in mine]
+        if endings == _OF_PARTS:  # of which a run has few
+            mine = [n for n in mine if np.any(history[n])]
         lines = [
             {"name": _name(n, endings, main), "values": _rounded(factor * history[n])} for n in mine
         ]
@@ -68,7 +71,7 @@ def _plot(title: str, unit: str, times: NDArray[np.float64], lines: list) -> dic
 
 def _name(column: str, endings: tuple[str, ...], main: bool) -> str:
     """Name of a curve: the column without what the plot's title says."""
-    if main or endings == ("_j",):
+    if main or endings == _OF_PARTS:
         return column.removesuffix("_j").replace("_", " ")
     ending = next(e for e in endings if column.endswith(e))
     short = ", too short for the mesh" if ending.startswith("_short") else ""

@@ -151,7 +151,7 @@ def _plain_entries(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _plain(value: Any) -> bool:
     """Whether an entry is said in one row: a value, or a few numbers."""
-    return not isinstance(value, Mapping | list) or (bool(value) and not _records(value))
+    return not isinstance(value, Mapping) and value != [] and not _records(value)
 
 
 def _mapping_part(title: str, value: Any) -> list[Html]:

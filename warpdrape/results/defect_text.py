@@ -159,7 +159,7 @@ def _yarns(yarns: Mapping[str, Any]) -> list[str]:
 
 
 def _mm(length: float, form: str = ".1f") -> str:
-    return f"{1e3 * length:{form}} mm"
+    return f"{round(1e3 * length, 3) + 0.0:{form}} mm"
 
 
 def _percent(share: float) -> str:

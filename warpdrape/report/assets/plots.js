@@ -5,6 +5,12 @@ const CURVE_COLOURS = ["#3b7dd8", "#e07b28", "#2f9e5b", "#c8395a", "#8a63c9", "#
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [1, 4]];
 const PLOT_HEIGHT = 210;
 
+// Range of an axis: of curves that never differ from one value a range of one unit.
+function rangeOf(low, high) {
+  if (low === null || high === null) return [0, 1];
+  return low < high ? uPlot.rangeNum(low, high, 0.1, true) : [low === 0 ? 0 : low - 0.5, low + 1];
+}
+
 class Plots {
   // `runs`: as in the page; `onTime`: told the time [ms] at which somebody has clicked.
   constructor(parent, runs, onTime) {
@@ -73,7 +79,7 @@ class Plots {
     const options = {
       width: this._width(),
       height: PLOT_HEIGHT,
-      scales: { x: { time: false } },
+      scales: { x: { time: false }, y: { range: (_, low, high) => rangeOf(low, high) } },
       cursor: { sync: { key: "time" } },
       series: [{ label: "time", value: (_, v) => (v === null ? "–" : said(v, "ms")) }, ...series],
       axes: [axis, { ...axis, size: 62 }],
