@@ -183,13 +183,16 @@ def test_spacing_along_the_facets(sphere):
         assert found.max() < 1e-2 * net.spacing
 
 
+MOULD = (DOUBLE_CURVED, (0.0, 0.5))
+
+
 @pytest.mark.parametrize(
     ("graph", "box", "start", "angle", "spacing", "counts", "shown"),
     [
         (saddle(4.0), (-0.25, 0.25), (0.01, 0.02), 0.4, 1e-2, (15,) * 4, None),
         (DOUBLE_CURVED, (0.0, 0.5), (0.25, 0.25), 0.0, 1e-2, (15,) * 4, None),
-        (DOUBLE_CURVED, (0.0, 0.5), (0.25, 0.25), 0.0, 0.022, (10,) * 4, (22.5, 1.9)),
-        (DOUBLE_CURVED, (0.0, 0.5), (0.382, 0.162), 0.0, 0.022, (4, 16, 14, 6), (9.0, 2.6)),
+        (*MOULD, (0.25, 0.25), 0.0, nets.DEMO_SPACING, (10,) * 4, (22.5, 1.9)),
+        (*MOULD, nets.LEAST_START, 0.0, nets.DEMO_SPACING, nets.LEAST_COUNTS, (9.0, 2.6)),
     ],
 )
 def test_as_a_net_by_other_means(graph, box, start, angle, spacing, counts, shown):
