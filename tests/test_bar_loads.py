@@ -12,8 +12,8 @@ from test_yarn_net import Led as Pinned
 from test_yarn_net import shaken, turned
 
 from warpdrape.blanks.yarn_chains import NONE
+from warpdrape.forces.ply_net import net_of
 from warpdrape.forces.sliding_chains import mates_of
-from warpdrape.forces.yarns import net_of
 from warpdrape.materials.law_data import tension_stiffness
 from warpdrape.materials.laws import TabulatedTension
 from warpdrape.numerics import Numerics

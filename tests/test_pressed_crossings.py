@@ -21,9 +21,9 @@ from warpdrape.contact.tool_contact import ToolContact
 from warpdrape.contact.tool_features import FeatureContact
 from warpdrape.dynamics import stepping
 from warpdrape.dynamics.model import build_model, initial_state
+from warpdrape.forces.ply_net import net_of
 from warpdrape.forces.pressed_crossings import bearing
 from warpdrape.forces.sliding_chains import chains_of
-from warpdrape.forces.yarns import net_of
 from warpdrape.interaction import bodies_of
 from warpdrape.scenes import yarn_pull_out
 

@@ -14,7 +14,7 @@ import warpdrape as wd
 from warpdrape.blanks.yarn_chains import chain_yarns
 from warpdrape.coupons.coupon import steady_pull
 from warpdrape.errors import InputError
-from warpdrape.forces.yarns import net_of
+from warpdrape.forces.ply_net import net_of
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.numerics import Numerics
 from warpdrape.scenes import bias_extension, biaxial_tension, hemisphere
@@ -153,3 +153,28 @@ def test_a_press_softens_yarns_that_slide_less():
         assert scene.numerics.yarn_softening == softening
         scene = hemisphere.build(approach="yarns", **built)
         assert scene.numerics.yarn_softening == {"draft": 100.0, "standard": 36.0}.get(accuracy, 1)
+
+
+@pytest.mark.slow
+def test_coupled_laws_in_a_press_are_those_of_pinned_yarns_where_nothing_slides():
+    """Crossings that hold 100 N: shear, draw-in, force and energy of the press as of `yarns`."""
+    held = {name: 2e7 if "stiff" in name else 100.0 for name in HOLD}
+    card = load_fabric("synthetic_plain_crimp")
+    results = []
+    for approach, hold in (("yarns", held), ("sliding_yarns", held), ("sliding_yarns", HOLD)):
+        scene = hemisphere.build(
+            cells=6,
+            approach=approach,
+            fabric=dataclasses.replace(card, crossover=wd.Crossover(**hold)),
+        )
+        numerics = dataclasses.replace(scene.numerics, yarn_softening=9.0)
+        results.append(dataclasses.replace(scene, numerics=numerics).run(frames=6))
+        assert results[-1].completed and results[-1].summary["energy_error"] < 0.01
+    pinned, stuck, loose = (result.summary["plies"][0] for result in results)
+    assert pinned["max_shear_deg"] > 30.0
+    assert stuck["max_shear_deg"] == pytest.approx(pinned["max_shear_deg"], abs=0.2)
+    for name in ("warp", "bias"):
+        assert stuck["draw_in_m"][name] == pytest.approx(pinned["draw_in_m"][name], abs=2e-4)
+    one, other, _ = (result.history["punch_force_n"].max() for result in results)
+    assert other == pytest.approx(one, rel=0.01)
+    assert stuck["max_slide_warp_m"] < 1e-7 < loose["max_slide_warp_m"]

@@ -8,7 +8,7 @@ import warp as wp
 from sliding_checks import Led, blank
 
 from warpdrape.blanks.yarn_chains import NONE, chain_yarns
-from warpdrape.forces.yarns import net_of
+from warpdrape.forces.ply_net import net_of
 from warpdrape.kernels.forces.yarn_chains import Crossovers, share_left, share_slope, yarn_left
 
 

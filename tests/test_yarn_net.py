@@ -18,7 +18,8 @@ from warpdrape.blanks.outlines import Disc, Polygon
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.yarn_net import lay_yarns
 from warpdrape.errors import InputError
-from warpdrape.forces.yarns import build_ply_yarns, frequencies, net_of, yarns_per_bar
+from warpdrape.forces.ply_net import net_of, yarns_per_bar
+from warpdrape.forces.yarns import build_ply_yarns, frequencies
 from warpdrape.interaction import Run
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable

@@ -9,7 +9,7 @@ import pytest
 from warpdrape.blanks.yarn_chains import chain_yarns
 from warpdrape.coupons.pull_out import PullOut
 from warpdrape.errors import InputError
-from warpdrape.forces.yarns import net_of
+from warpdrape.forces.ply_net import net_of
 from warpdrape.scenes import yarn_pull_out
 
 

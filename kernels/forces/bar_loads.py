@@ -19,6 +19,7 @@ from .yarn_chains import (
     Crossovers,
     Slide,
     bar_distance,
+    bar_holds,
     bar_material,
     end_shares,
     left_slope,
@@ -66,6 +67,22 @@ def drawn_out(
     """ρ and λ of a bar [-]."""
     flat = bars.lengths[b]
     return wp.vec2d(bar_distance(bars, b, x) / flat, bar_material(bars, b, slides) / flat)
+
+
+@wp.func
+def unloaded(
+    bars: Bars,
+    crossovers: Crossovers,
+    b: int,
+    slides: wp.array(dtype=Slide),
+    x: wp.array(dtype=wp.vec3d),
+) -> BarLoads:
+    """What a bar has, before its law is asked."""
+    out = BarLoads()
+    out.distance = bar_distance(bars, b, x)
+    out.material = bar_material(bars, b, slides)
+    out.holds = bar_holds(bars, crossovers, b, slides)
+    return out
 
 
 def make_no_tension(Tension):
@@ -128,11 +145,7 @@ def make_lone_loads(own_loads, own_energy, Tension):
         x: wp.array(dtype=wp.vec3d),
     ) -> BarLoads:
         """Slopes of the energy by what a bar has: distance and yarn."""
-        out = BarLoads()
-        out.distance = bar_distance(bars, b, x)
-        out.material = bar_material(bars, b, slides)
-        shares = end_shares(bars, crossovers, b, slides)
-        out.holds = shares[0] * shares[1] > wp.float64(0.0)
+        out = unloaded(bars, crossovers, b, slides, x)
         if out.holds:
             own = own_loads(law, bars.family[b], out.distance, out.material)
             out.tension = own[0]
@@ -183,13 +196,10 @@ def make_coupled_loads(slid_loads, slid_energy, Tension):
         x: wp.array(dtype=wp.vec3d),
     ) -> BarLoads:
         """Slopes of the energy by what a bar has: distance, yarn, shares of its crossovers."""
-        out = BarLoads()
-        out.distance = bar_distance(bars, b, x)
-        out.material = bar_material(bars, b, slides)
-        shares = end_shares(bars, crossovers, b, slides)
-        out.holds = shares[0] * shares[1] > wp.float64(0.0)
+        out = unloaded(bars, crossovers, b, slides, x)
         if not out.holds:
             return out
+        shares = end_shares(bars, crossovers, b, slides)
         f = bars.family[b]
         at = drawn_out(bars, b, slides, x)
         own = own_loads(law, f, at[0], at[1])

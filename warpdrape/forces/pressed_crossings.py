@@ -8,7 +8,7 @@ from scipy import sparse
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.yarn_chains import YarnChains
-from warpdrape.forces.yarns import net_of
+from warpdrape.forces.ply_net import net_of
 from warpdrape.interaction import Bodies, Launch, Run, Span
 from warpdrape.kernels.forces.pressed_crossings import Bearers, compute_pressed
 from warpdrape.kernels.forces.yarn_chains import Crossovers

@@ -13,7 +13,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.yarn_chains import NONE, YarnChains, chain_yarns
 from warpdrape.errors import InputError
 from warpdrape.forces.membrane import yarn_viscosity
-from warpdrape.forces.yarns import net_of
+from warpdrape.forces.ply_net import net_of
 from warpdrape.interaction import Span
 from warpdrape.kernels.forces.bar_loads import make_coupled_loads, make_lone_loads
 from warpdrape.kernels.forces.slid_laws import (

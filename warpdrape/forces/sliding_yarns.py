@@ -17,9 +17,9 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError
 from warpdrape.forces import membrane, yarns
 from warpdrape.forces.membrane import strain_entries, summary_of_softening
+from warpdrape.forces.ply_net import net_of, yarns_per_bar
 from warpdrape.forces.ply_sliding import PlySliding, SlidingMemory, build_ply_sliding
 from warpdrape.forces.sliding_chains import along_bars, chains_of, check_card, closeness
-from warpdrape.forces.yarns import net_of, yarns_per_bar
 from warpdrape.interaction import Bodies, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.slides import SLIDES_SHARE
 from warpdrape.numerics import Numerics
