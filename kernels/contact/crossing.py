@@ -134,9 +134,7 @@ def cross_at(
     if s <= zero or s >= one or t <= zero or t >= one:
         return found
     mine = outer_of(facets, edges, now, e, way)
-    n = way_across(
-        mine, outer_of(facets, edges, now, f, way_back), held, across / wp.sqrt(square)
-    )
+    n = way_across(mine, outer_of(facets, edges, now, f, way_back), held, across / wp.sqrt(square))
     if wp.length_sq(n) == zero:
         return found
     offset = p + s * u - q - t * v

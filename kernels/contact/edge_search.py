@@ -4,10 +4,10 @@ import warp as wp
 
 from .crossing import Crossing, apart, cross_at
 from .facets import PlyFacets
+from .fold_search import FlatPly
 from .folds import Patches
 from .ply_contact import PlyStack
 from .ridges import BOTH, PlyEdges, Ridges, sticks_out
-from .self_contact import FlatPly
 from .surface import to_single
 
 

@@ -26,6 +26,7 @@ class Pace:
     reach: wp.float64  # distance beyond the thickness that counts as near [m]
     seen: wp.float64  # how far points saw when they last asked [m]
     closed: wp.float64  # how far the fastest vertices have gone since then [m]
+    blind: wp.float64  # what they saw at the asking before, if they went farther; else 0 [m]
     outrun: wp.float64  # largest of such a way over what was seen [-]
 
 
@@ -110,6 +111,7 @@ def set_pace(
     pace.reach = wp.max(least, LOOK_AHEAD * way)
     if pace.asks == 1:
         pace.asks = 0
+        pace.blind = wp.where(pace.closed > pace.seen, pace.seen, wp.float64(0.0))
         pace.closed = wp.float64(0.0)
         pace.seen = sight(thickness, pace.reach)
     paces[part] = pace

@@ -49,7 +49,7 @@ class PlyMemory:
     way: wp.float64  # that it may come closer before it is near [m]
     ply: wp.int32  # number of the ply that was last seen plus one, 0 if none was
     across: wp.int32  # 1 if it lies across the stacking order, 2 if undecided past the border
-    loose: wp.int32  # 1 if a ply is in sight, but the next one does not cover the point in its order
+    loose: wp.int32  # 1 if a ply is in sight, but the next one does not cover it in its order
 
 
 @wp.struct
@@ -62,6 +62,8 @@ class PlySearch:
     thickness: wp.float64  # largest of mid-surfaces in contact [m]
     keep: wp.float64  # share of an allowed penetration that lasts until the next search [-]
     ease: wp.float64  # by which one may shrink at most until then [m]
+    interval: wp.float64  # time since the search before [s]
+    asked: wp.float64  # time from one search that asks to the next [s]
 
 
 @wp.func

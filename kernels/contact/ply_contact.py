@@ -246,7 +246,8 @@ def find_ply_contacts(
         plane.beyond = 2
         met = memory[slot].ply - 1
         last = wp.where(memory[slot].seen > 0, met, -1)
-        if search.asks == 1 or memory[slot].loose == 1:
+        asks = search.asks == 1 or memory[slot].loose == 1
+        if asks:
             count = stack.half.shape[0]
             covered = wp.int32(0)
             radius = radius_of(search)
@@ -294,7 +295,8 @@ def find_ply_contacts(
             continue
         gap = plane.gap
         if gap > reach:
-            memory[slot].way = gap
+            if memory[slot].loose == 0 or asks:
+                memory[slot].way = gap
             continue
         corners = facets.corners[nearest.facet]
         slots.contacts[slot].near = 1

@@ -10,7 +10,6 @@ import warp as wp
 from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .facets import (
-    MOST_MOVES,
     NearestFacet,
     PlyFacets,
     facing,
@@ -18,6 +17,7 @@ from .facets import (
     nearest_on_facet,
     no_facet,
 )
+from .fold_search import FlatPly, is_another_fold, is_same_place, walk_on_fold
 from .folds import Patches
 from .friction import Rub
 from .on_ply import (
@@ -50,67 +50,6 @@ class SearchedSelf:
 
 
 @wp.struct
-class FlatPly:
-    """Where vertices lie on the flat plies."""
-
-    places: wp.array(dtype=wp.vec3d)  # m, shape [vertex]
-    apart: wp.array(dtype=wp.float64)  # from which distance on points may touch [m], shape [vertex]
-    areas: wp.array(dtype=wp.float64)  # that contacts of vertices stand for [m²], shape [vertex]
-
-
-@wp.func
-def is_another_fold(flat: FlatPly, facets: PlyFacets, i: int, there: NearestFacet) -> bool:
-    """Whether a place is so far from a vertex along the flat ply that they may touch."""
-    at = facets.corners[there.facet]
-    place = weighted(there.weights, flat.places[at[0]], flat.places[at[1]], flat.places[at[2]])
-    return wp.length_sq(place - flat.places[i]) >= flat.apart[i] * flat.apart[i]
-
-
-@wp.func
-def walk_on_fold(
-    flat: FlatPly,
-    facets: PlyFacets,
-    i: int,
-    start: int,
-    x: wp.array(dtype=wp.vec3d),
-) -> NearestFacet:
-    """Nearest place for vertex i that a walk from facet ``start`` finds, none of its own fold."""
-    here = start
-    best = nearest_on_facet(facets, here, x, x[i])
-    if not is_another_fold(flat, facets, i, best):
-        best = no_facet()
-    moves = wp.int32(0)
-    while moves < MOST_MOVES:
-        at = facets.corners[here]
-        for corner in range(3):
-            first = facets.first_of_fan[at[corner]]
-            for k in range(first, facets.first_of_fan[at[corner] + 1]):
-                there = nearest_on_facet(facets, facets.fans[k], x, x[i])
-                if best.facet < 0 or wp.length_sq(there.offset) < wp.length_sq(best.offset):
-                    if is_another_fold(flat, facets, i, there):
-                        best = there
-        stays = best.facet < 0 or best.facet == here
-        moves = wp.where(stays, MOST_MOVES, moves + 1)
-        here = wp.where(stays, here, best.facet)
-    return best
-
-
-@wp.func
-def is_same_place(
-    flat: FlatPly, facets: PlyFacets, i: int, one: NearestFacet, other: NearestFacet
-) -> bool:
-    """Whether two places are of one fold, nearer to each other than what vertex i may touch."""
-    if one.facet < 0 or other.facet < 0:
-        return False
-    a = facets.corners[one.facet]
-    b = facets.corners[other.facet]
-    p = flat.places
-    between = weighted(one.weights, p[a[0]], p[a[1]], p[a[2]])
-    between -= weighted(other.weights, p[b[0]], p[b[1]], p[b[2]])
-    return wp.length_sq(between) < flat.apart[i] * flat.apart[i]
-
-
-@wp.struct
 class SelfSlots:
     """What a ply's vertices remember of their own ply, and how deep they have been in it."""
 
@@ -119,6 +58,7 @@ class SelfSlots:
     pressing: wp.array(dtype=wp.int32)  # 1 if it may touch before the next search, shape [vertex]
     deepest: wp.array(dtype=wp.float64)  # so far, what is allowed included [m], shape [ply]
     jump: wp.array(dtype=wp.float64)  # largest penetration allowed so far [m], shape [ply]
+    passed: wp.array(dtype=wp.float64)  # `Pace.outrun` where folds passed each other, shape [ply]
 
 
 @wp.func
@@ -163,6 +103,56 @@ def signed_distance(
 
 
 @wp.func
+def watch_passing(
+    search: PlySearch,
+    facets: PlyFacets,
+    ply: SearchedSelf,
+    i: int,
+    side: wp.float64,
+    seen: int,
+    found: int,
+    x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
+    kept: SelfSlots,
+):
+    """Note it where a fold has gone through a vertex that did not touch it.
+
+    Either it lies on the other side of the triangle that it saw at the last search, from which, at
+    their speed, it was more than a thickness off on its own side. A walk that comes round a fold is
+    not so fast. Or it leaves a triangle that has come in sight, from the other side of which it
+    was out of sight when all asked last, and vertices have gone farther than they saw then.
+
+    Args:
+        search: how to look.
+        facets: of all plies.
+        ply: the vertex's.
+        i: the vertex.
+        side: of the triangle on which it lay, or lies, +1 above.
+        seen: number of the triangle that it saw, −1 if none.
+        found: of the one that it sees now, −1 if none.
+        x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
+        kept: what vertices remember; updated.
+    """
+    pace = search.paces[search.part]
+    facet = wp.where(seen >= 0, seen, found)
+    if pace.outrun <= wp.float64(1.0) or facet < 0:
+        return
+    there = nearest_on_facet(facets, facet, x, x[i])
+    if is_at_border(facets, there):
+        return
+    outward = side * wp.normalize(facing(facets, there, x))
+    height = wp.dot(there.offset, outward)
+    at = facets.corners[facet]
+    leaving = wp.dot(outward, v[i] - weighted(there.weights, v[at[0]], v[at[1]], v[at[2]]))
+    passed = height < wp.float64(0.0) and height - search.interval * leaving > ply.thickness
+    if seen < 0:
+        passed = pace.blind > wp.float64(0.0) and height - search.asked * leaving < -pace.blind
+    if passed:
+        wp.atomic_max(kept.passed, ply.number, pace.outrun)
+
+
+@wp.func
 def touch(
     law: ContactLaw,
     laws: CompactionLaws,
@@ -176,12 +166,16 @@ def touch(
     nearest: NearestFacet,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
     kept: SelfSlots,
     lost: wp.array(dtype=wp.vec3d),
 ):
     """Make a slot's contact that with the nearest triangle on its side, or none."""
     held = kept.slots.contacts[slot].near
     earlier = let_go(law, laws, kept.slots, slot, x, x[i])
+    if held == 0:
+        seen = kept.seen[slot] - 1
+        watch_passing(search, facets, ply, i, side, seen, nearest.facet, x, v, kept)
     kept.seen[slot] = nearest.facet + 1
     if nearest.facet < 0:
         return
@@ -219,6 +213,7 @@ def find_self_contacts(
     patches: Patches,
     mass: wp.array(dtype=wp.float64),
     x: wp.array(dtype=wp.vec3d),
+    v: wp.array(dtype=wp.vec3d),
     kept: SelfSlots,
     lost: wp.array(dtype=wp.vec3d),
 ):
@@ -238,6 +233,7 @@ def find_self_contacts(
         patches: the plies' patches, which may touch their ply.
         mass: shape [vertex] [kg].
         x: positions [m], shape [vertex].
+        v: velocities half a step ago [m/s], shape [vertex].
         kept: what vertices remember; updated.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
@@ -282,8 +278,8 @@ def find_self_contacts(
                         if lower.facet < 0 or square < wp.length_sq(lower.offset):
                             lower = there
         one = wp.float64(1.0)
-        touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, kept, lost)
-        touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, kept, lost)
+        touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, v, kept, lost)
+        touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, v, kept, lost)
         # What is let go of still hands in its energy in the next step.
         stores = wp.max(kept.slots.stored[above], kept.slots.stored[below]) > wp.float64(0.0)
         near = kept.slots.contacts[above].near == 1 or kept.slots.contacts[below].near == 1

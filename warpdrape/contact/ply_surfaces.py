@@ -173,6 +173,8 @@ def ply_search(
     search.asks, search.part, search.paces = int(asking), part, plies.paces
     search.thickness = thickness
     interval = timing.search_every * timing.time_step
+    search.interval = interval
+    search.asked = interval * (ASK_EVERY if scene.numerics.contact == "fast" else 1)
     search.keep = math.exp(-interval / FADING)
     search.ease = PUSH_OUT * peak_speed(scene) * interval
     return search

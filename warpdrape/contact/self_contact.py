@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -26,10 +27,11 @@ from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share
 from warpdrape.kernels.contact import folds
 from warpdrape.kernels.contact import self_contact as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
+from warpdrape.kernels.contact.fold_search import FlatPly
 from warpdrape.kernels.contact.folds import Patches
-from warpdrape.kernels.contact.self_contact import FlatPly, SearchedSelf, SelfSlots
+from warpdrape.kernels.contact.self_contact import SearchedSelf, SelfSlots
 from warpdrape.setup import Setup
-from warpdrape.state import PlyState
+from warpdrape.state import Across, Apart, PlyState
 from warpdrape.timing import Timing
 
 THICKNESSES_APART = 4.0
@@ -46,16 +48,20 @@ class SelfContactMemory(SlotMemory):
 
     Attributes:
         pressing: whether a vertex may touch before the next search, shape [vertex].
+        passed: way of vertices over what searches had seen where folds passed each other [-],
+            shape [ply].
     """
 
     pressing: wp.array
+    passed: wp.array
+    apart: ClassVar[Apart] = {**SlotMemory.apart, "passed": Across.LARGEST}
 
     @property
     def kept(self) -> SelfSlots:
         """For the kernels."""
         kept = SelfSlots()
         kept.seen, kept.slots, kept.pressing = self.seen, self.slots, self.pressing
-        kept.deepest, kept.jump = self.deepest, self.jump
+        kept.deepest, kept.jump, kept.passed = self.deepest, self.jump, self.passed
         return kept
 
 
@@ -98,6 +104,7 @@ class SelfContact:
         return SelfContactMemory(
             **SlotMemory.empty(slots, plies, wp.int32, device),
             pressing=wp.zeros(self.mass.shape[0], dtype=wp.int32, device=device),
+            passed=wp.zeros(plies, dtype=wp.float64, device=device),
         )
 
     def launches(self, share: Share, bodies: Bodies, memory: SelfContactMemory) -> Launches:
@@ -149,7 +156,7 @@ class SelfContact:
         thickness = ply.thickness
         search = ply_search(self.scene, self.timing, plies, part, thickness, asking=asking)
         inputs = [self.law, self.laws, search, self.surfaces.facets, self.flat, ply]
-        inputs += [self.patches, self.mass, plies.x]
+        inputs += [self.patches, self.mass, plies.x, plies.v]
         outputs = [memory.kept, plies.lost]
         return Swept(kernels.find_self_contacts, run, inputs, outputs)
 
@@ -185,6 +192,16 @@ class SelfContact:
             {"contact": float(stored.sum())},
             pressing={"contact_pressure": pressing},
             entries={"self_contact": entries},
+            warnings=self._passing(memory),
+        )
+
+    def _passing(self, memory: SelfContactMemory) -> tuple[str, ...]:
+        passed = memory.passed.numpy()
+        return tuple(
+            f"ply {self.scene.plies[ply].name!r} gained speed faster than its self-contact looks "
+            f"ahead (by {passed[ply]:.3g} times) and its folds passed each other: load it more "
+            "slowly, or set contact to exact"
+            for ply in np.flatnonzero(passed).tolist()
         )
 
     def _pressing(self, bodies: Bodies, memory: SelfContactMemory) -> np.ndarray:
