@@ -20,6 +20,7 @@ from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
 from warpdrape.results.summary import ENERGY_FAILURE
 from warpdrape.state import State
+from warpdrape.tools.floating import Float
 
 SQUEEZED = 0.05
 """Share of its thickness by which a ply is squeezed between tools before that is said [-]."""
@@ -155,7 +156,7 @@ class Watch:
         if not energies.unbalanced <= ENERGY_FAILURE * scale:
             self.seen.grown = energies.unbalanced / scale
             fastest = int(np.argmax((state.plies.v.numpy() ** 2).sum(axis=1)))
-            if self.seen.squeeze is not None:
+            if self.seen.squeeze is not None and not self._gives_way(self.seen.squeeze):
                 raise RunFailed(self.seen.squeezed)
             before, number = self.seen.found, number_of_ply(model, fastest)
             grown = {words: e - before.get(words, 0.0) for words, e in found(energies).items()}
@@ -165,6 +166,11 @@ class Watch:
                 f"nowhere; {why_it_grew(model.scene, grown, measured, number, fastest)}"
             )
         self.seen.found = found(energies)
+
+    def _gives_way(self, squeeze: Squeeze) -> bool:
+        """Whether one of two tools floats: it leaves what room its force lets it."""
+        tools = self._model.scene.tools
+        return any(isinstance(tools[number].motion, Float) for number in squeeze.tools)
 
     def _note_squeeze(self, state: State, now: float) -> None:
         """Keep the deepest squeeze of the run, in words."""
@@ -178,10 +184,8 @@ class Watch:
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self.seen.squeeze = found
         least = f"its thickness of {1e3 * found.thickness:.3g} mm"
-        why = (
-            "that of the contact's numerical stiffness; leave the ply its thickness between them, "
-            "or give its fabric a compaction law"
-        )
+        room = "" if self._gives_way(found) else "leave the ply its thickness between them, or "
+        why = f"that of the contact's numerical stiffness; {room}give its fabric a compaction law"
         if law is not None:
             least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
             why = "extrapolated; measure to higher pressures, or leave the ply more room"

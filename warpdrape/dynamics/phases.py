@@ -66,7 +66,10 @@ def time_phases(
     count, every = min(LAUNCHES, model.timing.steps_ahead), model.timing.search_every
     costs: dict[str, float] = {}
     searches: dict[str, float] = {}
-    for thing, launches in zip(model.interactions, launches_of(model, share, scratch), strict=True):
+    of_each = launches_of(model, share, scratch)
+    meshes = [mesh for launches in of_each for mesh in launches.refit]
+    points = [wp.clone(mesh.points) for mesh in meshes]
+    for thing, launches in zip(model.interactions, of_each, strict=True):
         forces = launches.scatter + launches.push
         if forces:
             run = partial(_launch, forces, model.device)
@@ -75,6 +78,9 @@ def time_phases(
             asking, walking = _searches(launches, model.device)
             spent = timed(asking) + (ASK_EVERY - 1) * timed(walking)
             searches[thing.searches] = spent / (ASK_EVERY * every)
+    for mesh, before in zip(meshes, points, strict=True):  # the run's searches go on asking them
+        wp.copy(mesh.points, before)
+        mesh.refit()
     advance = partial(integration.advance, whole)
     costs["integration"] = timed(_captured(advance, model.device, count)) / count
     return costs | searches
