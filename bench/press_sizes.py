@@ -55,8 +55,7 @@ def scene_of(scale: float, side: float, cells: int, kind: str, stabiliser: float
     )
     blank = mesh(kind, cells, scale * side)
     ply = Ply(name="ply_0", fabric=load_fabric(parameters["fabric"]), mesh=blank)
-    mass = press.HOLDER_MASS * scale**2
-    scene = press.press_scene("press", [ply], tools, parameters, FRICTION, holder_mass=mass)
+    scene = press.press_scene("press", [ply], tools, parameters, FRICTION)
     return replace(scene, numerics=replace(scene.numerics, stabiliser=stabiliser))
 
 

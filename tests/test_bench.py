@@ -83,6 +83,19 @@ def test_noise_in_the_vertices_is_as_small_as_said():
         assert 1e-11 < off < 0.15 * 1.01e-9
 
 
+def test_a_larger_press_is_the_reference_press_scaled():
+    loaded("meshes")  # which it imports, as a neighbour
+    scene_of = loaded("press_sizes").scene_of
+    small, large = (scene_of(scale, 0.3, 6, "grid", 5.0) for scale in (1.0, 2.0))
+    assert large.numerics.stabiliser == small.numerics.stabiliser == 5.0
+    for one, other in zip(small.tools, large.tools, strict=True):
+        assert np.ptp(other.vertices) == pytest.approx(2.0 * np.ptp(one.vertices), rel=0.01)
+    blanks = [np.ptp(scene.plies[0].mesh.vertices) for scene in (small, large)]
+    assert blanks == pytest.approx([0.3, 0.6])
+    holder, larger = (scene.tools[-1].motion for scene in (small, large))
+    assert larger.force == pytest.approx(2.0 * holder.force) and larger.mass is None
+
+
 def test_shares_that_do_not_scale_follow_from_the_times():
     """Work of 1.04 of which 0.02 is one part's, cut 10 % unevenly, and 0.03 of waiting."""
     scaling = loaded("scaling")

@@ -21,8 +21,9 @@ class Float:
         force: pressing force [N], the tool's weight included; or pairs (time [s], force [N])
             through which it goes smoothly, the ends holding before and after.
         axis: direction in which it presses, shape [3].
-        mass: moving mass [kg]; None takes that of the scene's plies. A run is so much faster than a
-            press that a real holder's inertia would press several times as hard as its force.
+        mass: moving mass [kg]; None takes that of the scene's plies, mass added by plain
+            scaling included. A run is so much faster than a press that a real holder's inertia
+            would press several times as hard as its force.
         ramp: time over which the force rises smoothly from zero [s].
         damping: of the motion along the axis [N·s/m]; None takes the largest ``force`` at 5 m/s.
     """
