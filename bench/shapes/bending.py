@@ -11,7 +11,7 @@ from warpdrape.verification.drape import DISC, SPECIMEN, folds_expected
 
 STIFFNESSES = (3e-4, 1e-3, 3e-3, 1e-2)
 """Of the ply on the hemisphere [N·m]: waves that mesh and flange have room for."""
-CELLS, FORCE = 48, 1
+CELLS, FORCE = 48, 10
 LENGTHS_MM = (10.0, 20.0, 30.0, 46.5)
 """Bending lengths of the drape test [mm]: two decades of B = w c³."""
 

@@ -12,7 +12,7 @@ from warpdrape.defects.gaps import ToolGaps
 from warpdrape.defects.wrinkles import WrinkleSearch, Wrinkling
 from warpdrape.tools.pose import pose_between
 
-STIFFNESS, FORCE = 3e-3, 1
+STIFFNESS, FORCE = 3e-3, 10
 """Bending of the ply [N·m] and force on the holder [N]: waves of many sides of triangles."""
 FINE = 48
 """Squares of the run that is measured."""
