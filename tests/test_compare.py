@@ -205,6 +205,7 @@ def test_a_run_of_a_scene_that_differs_in_one_thing(folder, change, words):
 def test_whatever_the_record_has_of_a_scene_is_compared():
     """All but what tells of a run, and the script, which has its own words."""
     of_run = {"frames", "time_step_s", "search_every", "device", "threads", "versions"}
+    of_run |= {"floating_mass_kg"}  # with what mass scaling added
     record = run_record(hemisphere.build(cells=6), None, 1, 1)
     assert set(record) - of_run - {"script", "call"} == set(_OF_SCENE)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warpdrape import Clamp, InputError, Ply, Scene, Stroke, Tool, lay_up
+from warpdrape import Clamp, Float, InputError, Ply, Scene, Stroke, Tool, lay_up
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.scenes import hemisphere, picture_frame
@@ -60,6 +60,18 @@ def test_each_tool_has_its_own_friction(tmp_path):
     scene = Scene(name="two", plies=[ply], tools=tools, duration=1e-5, friction=0.3)
     frictions = {t["name"]: t["friction"] for t in record_of(scene, tmp_path)["tools"]}
     assert frictions == {"table": 0.05, "plate": 0.3}
+
+
+def test_what_floating_tools_weigh_is_told_as_it_acts(tmp_path):
+    (ply,) = lay_up([small()])
+    plate = Tool.plate("table", width=0.2, height=0.2, facet=0.2).moved((0.0, 0.0, -0.05))
+    light = Tool.plate("light", width=0.2, height=0.2, facet=0.2, motion=Float(force=1.0))
+    heavy = replace(light, name="heavy", motion=Float(force=1.0, mass=0.5))
+    tools = [plate, light.moved((0.0, 0.0, -0.1)), heavy.moved((0.0, 0.0, -0.2))]
+    scene = Scene(name="floats", plies=[ply], tools=tools, duration=1e-5)
+    masses = record_of(scene, tmp_path)["floating_mass_kg"]
+    own = pytest.approx(FABRIC.areal_density * 0.1**2)
+    assert masses == {"light": own, "heavy": 0.5}
 
 
 def test_fabrics_that_differ_are_kept_apart_under_one_name(tmp_path):

@@ -19,6 +19,7 @@ from warpdrape.materials.friction import Friction
 from warpdrape.materials.laws import Unwoven
 from warpdrape.results.digest import mesh_digest, plain, surface_digest
 from warpdrape.setup import Clamp, Setup
+from warpdrape.tools.floating import Float
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
 
@@ -64,6 +65,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         ],
         "time_step_s": None if model is None else model.timing.time_step,
         "search_every": None if model is None else model.timing.search_every,
+        "floating_mass_kg": _floating_mass(scene, model),
         "device": "cpu" if model is None else model.device,
         "threads": threads,
         "versions": versions(),
@@ -98,6 +100,14 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "pressures": [_pressure(pressure) for pressure in scene.pressures],
         "springs": [_spring(scene, spring) for spring in scene.springs],
     }
+
+
+def _floating_mass(scene: Setup, model: Model | None) -> dict[str, float] | None:
+    """Of floating tools as it acts, which without one of their own is the plies' [kg]."""
+    if model is None:
+        return None
+    masses = zip(scene.tools, model.floating.mass.numpy().tolist(), strict=True)
+    return {tool.name: mass for tool, mass in masses if isinstance(tool.motion, Float)}
 
 
 def _stabiliser(scene: Setup, ply: Ply) -> list[float] | None:
