@@ -22,7 +22,7 @@ import numpy as np
 from scipy import sparse
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.blanks.triangles import flat_gradients
 from warpdrape.setup import Setup
 
 CORE = 0.2
@@ -263,7 +263,7 @@ def out_of_plane(ply: Ply, points: np.ndarray, curvature: np.ndarray) -> np.ndar
         curvature: κ1 and κ2 of the triangles [1/m], shape [triangle, 2, 3].
     """
     triangles = np.asarray(ply.mesh.triangles)
-    gradients, areas = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
+    gradients, areas = flat_gradients(ply)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     ab, ac = b - a, c - a
     normal = np.cross(ab, ac)
