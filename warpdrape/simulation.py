@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from warpdrape.announcement import announcement
 from warpdrape.cadence import Cadence, read_cadence
 from warpdrape.contact.closing import closing_tools
+from warpdrape.contact.tools_at_start import check_tools
 from warpdrape.dynamics.crew import choose_threads
 from warpdrape.dynamics.energy import kinetic_energy, taken_energy
 from warpdrape.dynamics.loading import Loading
@@ -20,7 +21,6 @@ from warpdrape.dynamics.start_check import (
     check_loading,
     check_sheets,
     check_steps,
-    check_tools,
 )
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError, RunFailed, said

@@ -9,6 +9,7 @@ vertices' masses: however many they are, they take no more of the step than one 
 
 import warp as wp
 
+from ..tool_pose import ToolPoses, out_of_tool, velocity_from
 from .contact import CompactionLaws, ContactLaw, contact_traction
 from .facets import (
     PlyFacets,
@@ -28,7 +29,6 @@ from .on_ply import (
     reach_of,
     settled,
 )
-from .tool_pose import ToolPoses, out_of_tool, velocity_from
 
 
 @wp.struct

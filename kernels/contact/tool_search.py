@@ -9,11 +9,11 @@ kernel have one dimension.
 import warp as wp
 
 from ..sweep import Sweep
+from ..tool_pose import ToolPoses, velocity_from
 from .surface import to_single
 from .tool_contact import ToolHold, may_touch
 from .tool_facets import ToolSurfaces, is_still_nearest, nearest_facet
 from .tool_planes import ToolPlane, is_near, no_plane, plane_gap, tangent_plane
-from .tool_pose import ToolPoses, velocity_from
 
 
 @wp.struct
