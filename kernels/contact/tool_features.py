@@ -20,15 +20,8 @@ from .facets import (
     walk_to_nearest,
 )
 from .friction import Rub
-from .on_ply import (
-    PlyContact,
-    PlySearch,
-    before_search,
-    contact_gap,
-    radius_of,
-    reach_of,
-    settled,
-)
+from .on_ply import PlyContact, PlySearch, contact_gap, radius_of, reach_of
+from .settling import before_search, settled
 
 
 @wp.struct
