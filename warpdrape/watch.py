@@ -58,7 +58,7 @@ def place(model: Model, vertex: int) -> str:
 def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
     """Names of the plies that nothing has held or touched so far: contact always loses energy."""
     lost = state.plies.lost.numpy()[:, :2].any(axis=1)
-    held = {thing.ply for thing in (*model.scene.clamps, *model.scene.springs)}
+    held = {c.ply for c in model.scene.clamps} | {s.ply for s in model.scene.springs}
     touched = frozenset().union(*(each.touched for each in measured))
     return tuple(
         ply.name
@@ -134,7 +134,8 @@ class Watch:
     def _refuse_nonsense(plies: Sequence[FormedPly], now: float) -> None:
         """Raise `RunFailed` with ply and triangle where a value is not finite."""
         for ply in plies:
-            values = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            measured = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            values = [array for array in measured if array is not None]
             if all(np.isfinite(array).all() for array in (ply.points, *values)):
                 continue
             bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
@@ -183,15 +184,15 @@ class Watch:
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self.seen.squeeze = found
-        least = f"its thickness of {1e3 * found.thickness:.3g} mm"
+        limit = f"its thickness of {1e3 * found.thickness:.3g} mm"
         room = "" if self._gives_way(found) else "leave the ply its thickness between them, or "
         why = f"that of the contact's numerical stiffness; {room}give its fabric a compaction law"
         if law is not None:
-            least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
+            limit = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
             why = "extrapolated; measure to higher pressures, or leave the ply more room"
         self.seen.squeezed = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
-            f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
+            f"{1e3 * found.depth:.3g} mm below {limit} at {1e3 * now:.4g} ms, "
             f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
         )
 
