@@ -49,7 +49,7 @@ class Run(NamedTuple):
     """Consecutive entries of an array."""
 
     first: int
-    count: int
+    count: int  # type: ignore[assignment]  # in place of tuple.count, which nobody asks for
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Launch(NamedTuple):
     """One launch of a kernel."""
 
     kernel: Any
-    count: int
+    count: int  # type: ignore[assignment]  # as of `Run`
     inputs: list
     outputs: list
 

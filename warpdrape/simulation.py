@@ -64,7 +64,7 @@ def run_scene(
     earlier = None
     place = nullcontext() if folder is None else closing(folder)
     with Stops() as stops, place, _cache_watched():
-        if resume is not None:
+        if folder is not None and resume is not None:
             folder.take()
             earlier = read_restart(folder.path)
         if extend and earlier is None:
@@ -75,7 +75,7 @@ def run_scene(
         threads = choose_threads(threads, device, triangles)
         model, state = _prepare(scene, device, frames, threads, earlier, extend)
         stops.check()
-        loading = Loading(model.scene, model.timing, earlier and earlier.clock)
+        loading = Loading(model.scene, model.timing, None if earlier is None else earlier.clock)
         run = _Run(model, state, threads, folder, loading, cadence, stops, earlier, extend)
         return run.compute(quiet=quiet, profile=profile)
 

@@ -47,7 +47,7 @@ def place(model: Model, vertex: int) -> str:
 def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
     """Names of the plies that nothing has held or touched so far: contact always loses energy."""
     lost = state.plies.lost.numpy()[:, :2].any(axis=1)
-    held = {thing.ply for thing in (*model.scene.clamps, *model.scene.springs)}
+    held = {c.ply for c in model.scene.clamps} | {s.ply for s in model.scene.springs}
     touched = frozenset().union(*(each.touched for each in measured))
     return tuple(
         ply.name
@@ -123,7 +123,8 @@ class Watch:
     def _refuse_nonsense(plies: Sequence[FormedPly], now: float) -> None:
         """Raise `RunFailed` with ply and triangle where a value is not finite."""
         for ply in plies:
-            values = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            measured = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            values = [array for array in measured if array is not None]
             if all(np.isfinite(array).all() for array in (ply.points, *values)):
                 continue
             bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
