@@ -23,7 +23,7 @@ RATE_AT = np.radians([25.0, 30.0, 35.0, 40.0])
 single one the finest mesh's is as small as what the search of contacts leaves, 0.001°."""
 
 WORST = 0.1
-"""Limit of a cell's error [deg]: three times what the coarsest mesh leaves, whose cells span 11°."""
+"""Limit of a cell's error [deg]: three times what the coarsest mesh leaves, of cells of 11°."""
 
 
 def net_scene(cells: int, *, duration: float = 0.7, stiffness: float = 2e4) -> Scene:
