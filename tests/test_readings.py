@@ -83,11 +83,13 @@ def test_a_straight_deformation_reads_the_same_on_all_meshes():
 
 
 def test_the_table_is_made_from_plies_that_are_kept(tmp_path, capsys, monkeypatch):
-    words = "readings.py --cells 4 --meshes grid diagonal --set duration=0.004"
+    words = "readings.py --angle 30 --cells 4 --meshes grid diagonal --set duration=0.004"
     monkeypatch.setattr(sys, "argv", [*words.split(), "--runs", str(tmp_path)])
     assert readings.main() == 0
     first = capsys.readouterr().out
     assert "4 cells" in first and "| own, triangles |" in first and "| range |" in first
     monkeypatch.setattr(meshes, "run_here", None)  # what is there is not done again
+    row = meshes.done("grid", 4, {"angle_deg": 30.0, "duration": 0.004}, tmp_path)
+    assert "| grid | {largest:.1f}, {p99:.1f}, {p95:.2f}° |".format_map(row) in first
     assert readings.main() == 0
     assert capsys.readouterr().out == first
