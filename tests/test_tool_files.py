@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from warpdrape import Float, InputError, Ply, Scene, Still, Stroke, Tool
+from warpdrape.tools.mould_face import borders
 from warpdrape.tools.orientation import oriented, without_doubles
 
 PUNCH = Tool.punch(radius=0.03, facet=5e-3)
@@ -59,6 +60,46 @@ def test_a_surface_with_each_facet_twice_is_made_one():
         warnings.simplefilter("error")
         tool = Tool.from_mesh("punch", trimesh.Trimesh(points, double, process=False))
     assert len(tool.triangles) == len(facets)
+
+
+def strip(twist):
+    """A closed strip of 40 squares that turns over so many times by 180° on its way round."""
+    turn, width = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False), 4e-3 * np.array([-1.0, 1.0])
+    about, across = np.meshgrid(0.5 * twist * turn, width, indexing="ij")
+    radius, angle = 0.015 + across * np.cos(about), np.repeat(turn[:, None], 2, axis=1)
+    places = radius * np.cos(angle), radius * np.sin(angle), across * np.sin(about)
+    here = np.arange(80).reshape(40, 2)
+    beyond = np.roll(here, -1, axis=0)
+    if twist % 2:
+        beyond[-1] = beyond[-1, ::-1]
+    (a, b), (c, d) = here.T, beyond.T
+    facets = np.vstack([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
+    return trimesh.Trimesh(np.stack(places, axis=2).reshape(-1, 3), facets, process=False)
+
+
+def test_a_surface_with_one_side_only_is_refused():
+    for twist in (0, 2):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert len(Tool.from_mesh("ring", strip(twist)).triangles) == 80
+    with pytest.raises(InputError, match=r"tool 'ring': its facets cannot all face one way: .*mm"):
+        Tool.from_mesh("ring", strip(1))
+
+
+def test_borders_close_whatever_the_facets():
+    """Also where three facets meet at an edge; plain holes are gone round once."""
+    ball = trimesh.creation.icosphere(2, 0.02)
+    facets, rng = np.asarray(ball.faces), np.random.default_rng(0)
+    fins = np.column_stack([facets[:40, :2], np.arange(40) + len(ball.vertices)])
+    for share in (0.02, 0.5):
+        kept = facets[rng.random(len(facets)) > share]
+        for these in (kept, np.vstack([kept, fins]), some_turned(kept)[0]):
+            ends = np.concatenate([np.stack([k, np.roll(k, -1)], axis=1) for k in borders(these)])
+            of_facets = these[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+            count = np.zeros((242, 242), dtype=int)
+            for sign, edges in ((1, of_facets), (-1, ends)):
+                np.add.at(count, tuple(edges.T), sign)
+            np.testing.assert_array_equal(count, count.T)  # what is left runs both ways
 
 
 def test_an_open_surface_inside_out_is_refused_and_flipping_it_cures_it():

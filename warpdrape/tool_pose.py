@@ -17,7 +17,7 @@ def turning_tools(scene: Setup, device: str) -> TurningTools:
     turning.turns = wp.array([t is not None for t in turns], dtype=wp.int32, device=device)
     axes = [(0.0, 0.0, 1.0) if t is None else t.axis for t in turns]
     turning.axis = wp.array(np.reshape(axes, (-1, 3)), dtype=wp.vec3d, device=device)
-    points = [np.zeros(3) if t is None else t.point for t in turns]
+    points = [(0.0, 0.0, 0.0) if t is None else t.point for t in turns]
     turning.point = wp.array(np.reshape(points, (-1, 3)), dtype=wp.vec3d, device=device)
     return turning
 

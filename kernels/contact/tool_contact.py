@@ -2,6 +2,9 @@
 
 They act every step on the planes that `tool_search` has found. All that is kept here is in the
 tool's own frame; a slot is a vertex of a tool, number tool · vertices + vertex.
+
+A third of a press's steps goes here. So it goes tool by tool, and reads what is a tool's own once;
+and indices are said not to be negative, which Warp would look at otherwise: 0.85 of the time.
 """
 
 import warp as wp
@@ -68,48 +71,53 @@ def add_tool_forces(
         moment: theirs about a point of the axis of tools that turn [N·m], likewise.
         lost: (friction, contact damping, mass damping) [J], shape [vertex]; accumulated.
     """
-    for i in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
-        bits = touching[i]
-        if bits == 0:
-            continue
-        count = rubs.shape[0]
-        place = i % (reaction.shape[0] // count) * count
-        for tool in range(count):
-            if may_touch(bits, tool):
-                slot = tool * x.shape[0] + i
+    count = rubs.shape[0]
+    places = reaction.shape[0] // count
+    for tool in range(count):
+        shift = tools.shift[tool]
+        velocity = tools.velocity[tool]
+        turning = tools.turning.turns[tool] == 1
+        rub = rubs[tool]
+        first_slot = tool * x.shape[0]
+        for entry in range(sweep.first + wp.tid(), sweep.end, sweep.threads):
+            i = wp.max(entry, 0)
+            if may_touch(touching[i], tool):
+                slot = wp.max(first_slot + i, 0)
                 plane = planes[slot]
-                offset = x[i] - tools.shift[tool]
-                moving = v[i] - tools.velocity[tool]
+                offset = x[i] - shift
+                moving = v[i] - velocity
                 at = offset
-                turning = tools.turning.turns[tool] == 1
                 if turning:
                     back = wp.transpose(tools.turned[tool])
                     at = back * offset
                     arm = offset - tools.turned[tool] * tools.turning.point[tool]
                     moving = back * velocity_from(tools.spin[tool], arm, moving, law.time_step)
                 gap = plane_gap(plane, at)
-                if gap < wp.float64(0.0) or holds[slot].stored > wp.float64(0.0):
+                hold = holds[slot]
+                if gap < wp.float64(0.0) or hold.stored > wp.float64(0.0):
                     t = contact_traction(
                         law,
                         laws,
                         mass[i],
                         pads[i],
-                        at_vertex(law.friction, rubs[tool], i),
+                        at_vertex(law.friction, rub, i),
                         gap,
                         plane.normal,
                         moving,
-                        holds[slot].spring,
-                        holds[slot].dashpot,
+                        hold.spring,
+                        hold.dashpot,
                     )
-                    holds[slot].spring = t.spring
-                    holds[slot].dashpot = t.dashpot
-                    holds[slot].pressing = t.pressing
-                    holds[slot].stored = t.stored
+                    hold.spring = t.spring
+                    hold.dashpot = t.dashpot
+                    hold.pressing = t.pressing
+                    hold.stored = t.stored
+                    holds[slot] = hold
                     force = t.force
+                    place = i % places * count + tool
                     if turning:
                         force = tools.turned[tool] * force
                         arm = offset - tools.turned[tool] * tools.turning.point[tool]
-                        wp.atomic_sub(moment, place + tool, wp.cross(arm, force))
+                        wp.atomic_sub(moment, place, wp.cross(arm, force))
                     f[i] += force
                     lost[i] += wp.vec3d(t.friction, t.damping, wp.float64(0.0))
-                    wp.atomic_sub(reaction, place + tool, force)
+                    wp.atomic_sub(reaction, place, force)

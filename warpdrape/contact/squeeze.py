@@ -29,8 +29,9 @@ class Squeeze:
         tools: numbers of the tools.
         depth: by how much they are too close, beyond what the ply's compaction law holds [m].
         thickness: of the ply [m].
-        apart: distance of the tools there [m]. Of a triangle that a feature presses it may be more
-            than the ply needs: it spans, flat as it is, a hollow that the feature reaches into.
+        apart: distance of the tools there, 0 where they do not face each other [m]. Of a triangle
+            that a feature presses it may be more than the ply needs: it spans, flat as it is, a
+            hollow that the feature reaches into.
     """
 
     vertex: int
@@ -138,7 +139,7 @@ def _at_features(
 def _apart(
     held: _Held, tools: tuple[int, int], point: np.ndarray, outward: np.ndarray, reach: float
 ) -> float:
-    """Distance of a point of one tool from another that faces it, ``reach`` at most [m].
+    """Distance of a point of one tool from another that faces it [m]; 0 if none within ``reach``.
 
     Args:
         held: the tools.
@@ -158,4 +159,5 @@ def _apart(
     shift = wp.vec3f(*ground.into(one.shift))
     inputs = [place, direction, mesh.id, between, shift, reach]
     wp.launch(find_gaps, 1, inputs=inputs, outputs=[gap], device=device)
-    return float(gap.numpy()[0])
+    found = float(gap.numpy()[0])
+    return found if found < reach else 0.0

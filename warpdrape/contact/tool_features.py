@@ -16,10 +16,10 @@ from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import on_corners
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
-from warpdrape.kernels.contact import on_ply
-from warpdrape.kernels.contact import tool_features as kernels
+from warpdrape.kernels.contact import feature_search, on_ply
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
-from warpdrape.kernels.contact.tool_features import Features, SearchedPly
+from warpdrape.kernels.contact.feature_search import SearchedPly
+from warpdrape.kernels.contact.tool_features import Features, add_feature_forces
 from warpdrape.kernels.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
@@ -103,7 +103,7 @@ class FeatureContact:
             return wp.zeros(count, dtype=dtype, device=self.device)
 
         return FeatureContactMemory(
-            seen=zeros(slots, kernels.FeatureMemory),
+            seen=zeros(slots, feature_search.FeatureMemory),
             contacts=zeros(slots, on_ply.PlyContact),
             presses=zeros(self.spans[-1].triangles.stop, wp.int32),
             springs=zeros(slots, wp.vec3d),
@@ -132,7 +132,7 @@ class FeatureContact:
         x, surfaces = bodies.plies.x, self.surfaces
         tools = tool_poses(self.turning, bodies.tools)
         inputs = [memory.contacts, memory.seen]
-        forget = Launch(kernels.forget_presses, memory.seen.size, inputs, [memory.presses])
+        forget = Launch(feature_search.forget_presses, memory.seen.size, inputs, [memory.presses])
         find, settle = [], []
         for number, ply in enumerate(self.plies):
             search = ply_search(self.scene, self.timing, bodies.plies, 0, ply.half, asking=asking)
@@ -150,11 +150,11 @@ class FeatureContact:
             ]
             inputs += [surfaces.hollows, memory.springs, memory.stored]
             outputs = [memory.seen, memory.contacts, memory.presses, memory.deepest]
-            find.append(Launch(kernels.find_features, self.count, inputs, outputs))
+            find.append(Launch(feature_search.find_features, self.count, inputs, outputs))
             inputs = [self.law, self.laws, search, self.features, first, tools, x]
             inputs += [memory.springs, memory.presses]
             outputs = [memory.seen, memory.contacts, memory.spent, memory.lost]
-            settle.append(Launch(kernels.settle_features, self.count, inputs, outputs))
+            settle.append(Launch(feature_search.settle_features, self.count, inputs, outputs))
         return (forget, *find, *settle)
 
     def _forces(self, number: int, bodies: Bodies, memory: FeatureContactMemory) -> Launch:
@@ -164,7 +164,7 @@ class FeatureContact:
         kept = [memory.springs, memory.dashpots, memory.stored, memory.pressing]
         kept += [memory.spent, memory.lost]
         outputs = [*kept, plies.f, tools.reaction, tools.moment]
-        return Launch(kernels.add_feature_forces, self.count, inputs, outputs)
+        return Launch(add_feature_forces, self.count, inputs, outputs)
 
     def measure(self, bodies: Bodies, memory: FeatureContactMemory) -> Measured:
         """Energy in springs, what was lost; penetration of each tool, and the plies it touched."""

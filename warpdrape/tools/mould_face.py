@@ -108,11 +108,22 @@ def plan(mesh: trimesh.Trimesh, chosen: np.ndarray) -> shapely.Polygon:
 
 
 def borders(facets: np.ndarray) -> list[np.ndarray]:
-    """Closed loops of vertices round facets, shape [facet, 3]."""
+    """Closed loops of vertices round facets, shape [facet, 3].
+
+    An edge counts as often as more facets have it in one sense than in the other: so the loops
+    close whatever the facets, also where three of them share an edge.
+    """
     ends = facets[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    key = np.sort(ends, axis=1)
-    _, of, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    return closed_loops(map(tuple, ends[count[of.reshape(-1)] == 1].tolist()))
+    _, of = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    of = of.reshape(-1)
+    sense = np.where(ends[:, 0] < ends[:, 1], 1, -1)
+    surplus = np.bincount(of, sense).astype(int)
+    more = np.flatnonzero(sense * surplus[of] > 0)
+    order = more[np.argsort(of[more], kind="stable")]
+    first = np.flatnonzero(np.diff(of[order], prepend=-1))
+    rank = np.arange(len(order)) - np.repeat(first, np.diff([*first, len(order)]))
+    kept = np.sort(order[rank < abs(surplus[of[order]])])
+    return closed_loops(map(tuple, ends[kept].tolist()))
 
 
 def _upward(mesh: trimesh.Trimesh) -> np.ndarray:

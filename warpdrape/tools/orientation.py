@@ -56,6 +56,22 @@ def oriented(points: NDArray[np.float64], facets: Facets) -> tuple[Facets, NDArr
     return np.where(turned[:, None], facets[:, ::-1], facets), turned
 
 
+def clash(facets: Facets) -> NDArray[np.int64] | None:
+    """An edge that two oriented facets run along in one way, shape [2]; None where there is none.
+
+    There is one where a surface has one side only, like a Möbius strip.
+    """
+    ends = facets[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    key = low * (int(facets.max()) + 1) + high
+    _, first, edge, shared = np.unique(
+        key, return_index=True, return_inverse=True, return_counts=True
+    )
+    ways = np.bincount(edge, np.where(ends[:, 0] == low, 1.0, -1.0))
+    at_odds = np.flatnonzero((shared == 2) & (ways != 0.0))
+    return ends[first[at_odds[0]]] if len(at_odds) else None
+
+
 def _by_tree(
     a: NDArray[np.int64],
     b: NDArray[np.int64],

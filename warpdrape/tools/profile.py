@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -89,6 +89,24 @@ class Surface:
 
     def __repr__(self) -> str:
         return f"Surface: {surface(self.mesh.vertices, self.mesh.faces, 'facets')}"
+
+    def moved(self, way: np.ndarray) -> Surface:
+        """The surface elsewhere, by a translation [m], shape [3]."""
+        mesh = self.mesh.copy()
+        mesh.apply_translation(way)
+        return replace(self, mesh=mesh)
+
+    def turned(self, rotation: np.ndarray) -> Surface:
+        """The surface turned about the origin by a matrix, shape [3, 3]."""
+        mesh, matrix = self.mesh.copy(), np.eye(4)
+        matrix[:3, :3] = rotation
+        mesh.apply_transform(matrix)
+        return replace(self, mesh=mesh, normals=self.normals @ rotation.T)
+
+    def flipped(self) -> Surface:
+        """The surface with its facets facing the other way."""
+        mesh = trimesh.Trimesh(self.mesh.vertices, self.mesh.faces[:, ::-1], process=False)
+        return replace(self, mesh=mesh, normals=-self.normals[:, ::-1])
 
 
 def revolve(

@@ -111,12 +111,9 @@ class Tool:
         Args:
             offset: translation [m], shape [3].
         """
-        mesh = self.surface.mesh.copy()
-        mesh.apply_translation(vector("offset", offset))
-        turn = self.turn
-        if turn is not None:
-            turn = replace(turn, point=np.add(turn.point, vector("offset", offset)).tolist())
-        return replace(self, surface=replace(self.surface, mesh=mesh), turn=turn)
+        way = vector("offset", offset)
+        turn = None if self.turn is None else self.turn.moved(way)
+        return replace(self, surface=self.surface.moved(way), turn=turn)
 
     def turned(self, axis: Sequence[float], angle: float) -> Tool:
         """Return the tool turned about the origin, the axis about which it turns with it.
@@ -126,22 +123,12 @@ class Tool:
             angle: angle [rad].
         """
         matrix = _rotation(axis, angle)
-        mesh = self.surface.mesh.copy()
-        mesh.apply_transform(matrix)
-        normals = self.surface.normals @ matrix[:3, :3].T
-        turn = self.turn
-        if turn is not None:
-            about, point = (matrix[:3, :3] @ each for each in (turn.axis, turn.point))
-            turn = replace(turn, axis=about.tolist(), point=point.tolist())
-        surface = replace(self.surface, mesh=mesh, normals=normals)
-        return replace(self, surface=surface, turn=turn)
+        turn = None if self.turn is None else self.turn.turned(matrix)
+        return replace(self, surface=self.surface.turned(matrix), turn=turn)
 
     def flipped(self) -> Tool:
         """Return the tool with its facets facing the other way."""
-        mesh = self.surface.mesh
-        turned = trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
-        normals = -self.surface.normals[:, ::-1]
-        return replace(self, surface=replace(self.surface, mesh=turned, normals=normals))
+        return replace(self, surface=self.surface.flipped())
 
     @classmethod
     def from_mesh(
@@ -322,8 +309,9 @@ class Tool:
 
 
 def _rotation(axis: Sequence[float], angle: float) -> np.ndarray:
+    """Matrix of a rotation by an angle [rad] about the direction of an axis, shape [3, 3]."""
     direction, angle = vector("axis", axis), finite("angle", angle, unit="rad")
     largest = np.abs(direction).max()
     if largest == 0.0:
         raise InputError("axis must not be the zero vector")
-    return trimesh.transformations.rotation_matrix(angle, direction / largest)
+    return trimesh.transformations.rotation_matrix(angle, direction / largest)[:3, :3]

@@ -12,7 +12,7 @@ import trimesh
 from warpdrape.cad_file import CAD, is_cad, read_cad
 from warpdrape.errors import InputError, positive, said
 from warpdrape.mesh_file import fault_of, why_unreadable
-from warpdrape.tools.orientation import oriented, without_doubles
+from warpdrape.tools.orientation import clash, oriented, without_doubles
 from warpdrape.tools.profile import Surface
 
 CREASE = math.radians(35.0)
@@ -59,7 +59,7 @@ def cad_surface(
             f"tool {name!r}: scale = {said(scale)}, but {os.fspath(source)!r} states its unit, "
             f"{found.unit}, and is read in metres: leave scale out"
         )
-    facets, turned = oriented(np.asarray(found.mesh.vertices), np.asarray(found.mesh.faces))
+    facets, turned = _one_way(name, found.mesh.vertices, found.mesh.faces)
     normals = np.where(turned[:, None, None], -found.normals[:, ::-1], found.normals)
     mesh = trimesh.Trimesh(found.mesh.vertices, facets, process=False)
     words = f"{os.path.basename(source)}, which is in {found.unit}"
@@ -102,7 +102,7 @@ def read_facets(
 def _of_one_sense(name: str, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """The mesh with each facet once and all facing one way; says what had to be turned."""
     points, facets = np.asarray(mesh.vertices), without_doubles(np.asarray(mesh.faces))
-    facets, turned = oriented(points, facets)
+    facets, turned = _one_way(name, points, facets)
     if turned.any():
         warnings.warn(
             f"tool {name!r}: {np.count_nonzero(turned)} of {len(facets)} facets faced the other "
@@ -110,6 +110,20 @@ def _of_one_sense(name: str, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
             stacklevel=4,
         )
     return trimesh.Trimesh(points, facets, process=False)
+
+
+def _one_way(name: str, points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`oriented` facets of a tool, and which of them were turned."""
+    points = np.asarray(points)
+    facets, turned = oriented(points, np.asarray(facets))
+    if (edge := clash(facets)) is not None:
+        x, y, z = 1e3 * points[edge].mean(axis=0)
+        raise InputError(
+            f"tool {name!r}: its facets cannot all face one way: a surface with one side only, "
+            f"like a Möbius strip, goes through ({x:.4g}, {y:.4g}, {z:.4g}) mm; cut it, or mesh it "
+            "anew"
+        )
+    return facets, turned
 
 
 def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
 
@@ -100,6 +100,15 @@ class Turn:
     def turns(self) -> tuple[float, ...]:
         """Times at which it begins, ends, or turns back [s]."""
         return self._course.turns
+
+    def moved(self, way: np.ndarray) -> Turn:
+        """The turn about an axis elsewhere, by a translation [m], shape [3]."""
+        return replace(self, point=np.add(self.point, way).tolist())
+
+    def turned(self, rotation: np.ndarray) -> Turn:
+        """The turn with its axis turned about the origin by a matrix, shape [3, 3]."""
+        axis, point = (rotation @ each for each in (self.axis, self.point))
+        return replace(self, axis=axis.tolist(), point=point.tolist())
 
     def reach(self, points: np.ndarray) -> float:
         """Largest distance from the axis of points [m], shape [n, 3]."""
