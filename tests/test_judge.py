@@ -109,6 +109,20 @@ def test_each_limit_has_its_fault(limit, words):
     assert judge(summary(), HISTORY, Limits(**NOTHING)) == []
 
 
+@pytest.mark.parametrize("softening", [1.0, 36.0])
+def test_strains_of_softened_yarns_are_doubted(softening):
+    """Softened, they stretch so many times as far: unfit, but perhaps by that alone."""
+    run = summary() | {"yarn_softening": softening}
+    for yarn in run["plies"][0]["defects"]["yarns"].values():
+        yarn["failed_area_share"] = 0.1
+    limits = Limits(**(NOTHING | {"yarn_strain": 0.015, "failed_yarn_area": 0.0}))
+    faults = judge(run, HISTORY, limits)
+    assert len(faults) == 4
+    for fault in faults:
+        assert ("softened 36 times" in fault.what) == (softening > 1.0)
+        assert fault.what.endswith("accuracy = reference, to be sure)") == (softening > 1.0)
+
+
 def test_bridges_and_locking():
     bridge = {"tool": "die", "gap_m": 3e-3, "at_m": [0, 0, 0], "on_blank_m": [0, 0]}
     small = bridge | {"resolved": False}  # perhaps a chord of the mesh: said, not judged

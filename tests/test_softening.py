@@ -14,7 +14,7 @@ from warpdrape.forces.membrane_stiffness import stabiliser_stiffness
 from warpdrape.materials.law_data import tension_stiffness
 from warpdrape.materials.laws import IsotropicMembrane, LinearTension, ShearPolynomial
 from warpdrape.materials.softening import STRAIN_WARNING, soften
-from warpdrape.results.summary import ENERGY_WARNING
+from warpdrape.results.soundness import ENERGY_WARNING
 from warpdrape.scenes import hemisphere
 from warpdrape.setup import Clamp
 

@@ -15,14 +15,10 @@ from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.interaction import Measured, bodies_of
 from warpdrape.materials.fabric_library import with_bending
+from warpdrape.results.quasi_static import mean_while_loaded, quasi_static
 from warpdrape.results.result import FormedPly
-from warpdrape.results.summary import (
-    _ply_entry,
-    energy_error,
-    mean_while_loaded,
-    quasi_static,
-    summarise,
-)
+from warpdrape.results.soundness import energy_error
+from warpdrape.results.summary import _ply_entry, summarise
 from warpdrape.scene import Scene
 
 THICKNESS = 6e-4  # of carbon_interlock
@@ -169,7 +165,7 @@ def test_large_triangles_count_for_more():
     cloth = with_bending("carbon_interlock", "none")
     ply = replace(Ply.rectangle("ply", cloth, 0.1, cells=2), mesh=mesh)
     model = build_model(Scene(name="one", plies=[ply], duration=0.03), "cpu", 3)
-    entry = _ply_entry(model, 0, [shown(formed(ply, shear))], formed(ply, shear))
+    entry = _ply_entry(model, 0, [shown(formed(ply, shear))], formed(ply, shear), [])
     assert entry["mean_abs_shear_deg"] == pytest.approx((share * shear).sum())
     assert entry["p95_shear_deg"] == pytest.approx(area_percentile(shear, share, 0.95))
     assert entry["p95_shear_deg"] < area_percentile(shear, np.ones(4), 0.95) - 1.0

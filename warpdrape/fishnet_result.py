@@ -18,12 +18,12 @@ from warpdrape.blanks.triangles import area_percentile, yarn_gradients
 from warpdrape.defects.limits import limits_entry
 from warpdrape.fishnet.net import Net
 from warpdrape.fishnet.stack import Draped
+from warpdrape.results.complaints import closing_words
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.history import tool_angles, tool_axis, tool_ways
 from warpdrape.results.result import FormedPly
 from warpdrape.results.snapshot import yarn_state
-from warpdrape.results.summary import closing_words
 from warpdrape.setup import Setup
 from warpdrape.tools.pose import Pose
 

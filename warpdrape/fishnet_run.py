@@ -16,6 +16,7 @@ from warpdrape.blanks.ply import Ply
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.fishnet.stack import Draped, drape_stack
 from warpdrape.fishnet_result import ends_of, formed_ply, history_row, net_summary
+from warpdrape.results.complaints import add_warning
 from warpdrape.results.defects import DefectWatch
 from warpdrape.results.frame_data import PlyShape
 from warpdrape.results.history import tool_angles, tool_ways
@@ -23,7 +24,6 @@ from warpdrape.results.result import FormedPly, Result
 from warpdrape.results.run_folder import HISTORY, RUN, SUMMARY, RunFolder, as_json
 from warpdrape.results.run_record import run_record
 from warpdrape.results.snapshot import place_tools, shown_of_defects, tool_shape
-from warpdrape.results.summary import add_warning
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter
 from warpdrape.setup import Setup

@@ -16,6 +16,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.phases import Profile
 from warpdrape.errors import RunFailed
 from warpdrape.interaction import Measured
+from warpdrape.results.complaints import add_warning
 from warpdrape.results.defects import DefectWatch
 from warpdrape.results.frame_data import PlyShape
 from warpdrape.results.frames_file import Mark
@@ -30,7 +31,7 @@ from warpdrape.results.snapshot import (
     shown_of_defects,
     tool_shape,
 )
-from warpdrape.results.summary import add_warning, summarise
+from warpdrape.results.summary import summarise
 from warpdrape.results.tables import HistoryWriter
 from warpdrape.results.usd import UsdWriter
 from warpdrape.state import State

@@ -18,7 +18,7 @@ from warpdrape.errors import RunFailed
 from warpdrape.growth import found, why_it_grew
 from warpdrape.interaction import Measured
 from warpdrape.results.result import FormedPly
-from warpdrape.results.summary import ENERGY_FAILURE
+from warpdrape.results.soundness import ENERGY_FAILURE
 from warpdrape.state import State
 from warpdrape.tools.floating import Float
 

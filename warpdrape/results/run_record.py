@@ -11,6 +11,7 @@ import numpy as np
 
 from warpdrape.approaches import PAIRED
 from warpdrape.blanks.ply import Ply
+from warpdrape.defects.alignment import WantedDirection
 from warpdrape.defects.limits import limits_entry
 from warpdrape.dynamics.model import Model
 from warpdrape.forces.membrane_stiffness import stabiliser_range
@@ -22,6 +23,7 @@ from warpdrape.setup import Clamp, Setup
 from warpdrape.tools.floating import Float
 from warpdrape.tools.pressure import Pressure
 from warpdrape.tools.spring import Spring
+from warpdrape.tools.tool import Tool
 
 
 def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> dict[str, Any]:
@@ -54,15 +56,7 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "numerics": dataclasses.asdict(scene.numerics),
         "defect_thresholds": dataclasses.asdict(scene.defects),
         "limits": limits_entry(scene.limits),
-        "wanted": [
-            {
-                "name": wanted.name,
-                "ply": wanted.ply,
-                "family": wanted.family,
-                "direction": [float(d) for d in wanted.direction],
-            }
-            for wanted in scene.wanted
-        ],
+        "wanted": [_wanted(wanted) for wanted in scene.wanted],
         "time_step_s": None if model is None else model.timing.time_step,
         "search_every": None if model is None else model.timing.search_every,
         "floating_mass_kg": _floating_mass(scene, model),
@@ -70,35 +64,51 @@ def run_record(scene: Setup, model: Model | None, frames: int, threads: int) -> 
         "threads": threads,
         "versions": versions(),
         "plies": [
-            {
-                "name": ply.name,
-                "fabric": fabric,
-                "warp_angle_deg": float(np.degrees(ply.warp_angle)),
-                "z_m": float(ply.z),
-                "temperature_k": ply.warmth,
-                "vertices": len(ply.mesh.vertices),
-                "triangles": len(ply.mesh.triangles),
-                "mesh_digest": mesh_digest(ply),
-                "stabiliser_n_m": _stabiliser(scene, ply),
-            }
-            for ply, fabric in zip(scene.plies, fabric_of, strict=True)
+            _ply(scene, ply, fabric) for ply, fabric in zip(scene.plies, fabric_of, strict=True)
         ],
         "fabrics": fabrics,
-        "tools": [
-            {
-                "name": tool.name,
-                "facets": len(tool.triangles),
-                "surface_digest": surface_digest(tool),
-                "friction": _friction(scene.friction_of(tool)),
-                "motion": plain(tool.motion),
-                "turn": plain(tool.turn),
-                "temperature_k": tool.temperature,
-            }
-            for tool in scene.tools
-        ],
+        "tools": [_tool(scene, tool) for tool in scene.tools],
         "clamps": [_clamp(scene, clamp) for clamp in scene.clamps],
         "pressures": [_pressure(pressure) for pressure in scene.pressures],
         "springs": [_spring(scene, spring) for spring in scene.springs],
+    }
+
+
+def _wanted(wanted: WantedDirection) -> dict[str, Any]:
+    """A direction that is wanted of a ply."""
+    return {
+        "name": wanted.name,
+        "ply": wanted.ply,
+        "family": wanted.family,
+        "direction": [float(d) for d in wanted.direction],
+    }
+
+
+def _ply(scene: Setup, ply: Ply, fabric: str) -> dict[str, Any]:
+    """A ply as it is laid up; its fabric by the name that it has in the record."""
+    return {
+        "name": ply.name,
+        "fabric": fabric,
+        "warp_angle_deg": float(np.degrees(ply.warp_angle)),
+        "z_m": float(ply.z),
+        "temperature_k": ply.warmth,
+        "vertices": len(ply.mesh.vertices),
+        "triangles": len(ply.mesh.triangles),
+        "mesh_digest": mesh_digest(ply),
+        "stabiliser_n_m": _stabiliser(scene, ply),
+    }
+
+
+def _tool(scene: Setup, tool: Tool) -> dict[str, Any]:
+    """A tool: its surface, how it moves and rubs."""
+    return {
+        "name": tool.name,
+        "facets": len(tool.triangles),
+        "surface_digest": surface_digest(tool),
+        "friction": _friction(scene.friction_of(tool)),
+        "motion": plain(tool.motion),
+        "turn": plain(tool.turn),
+        "temperature_k": tool.temperature,
     }
 
 
