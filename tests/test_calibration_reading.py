@@ -237,6 +237,9 @@ def test_thousands_are_not_taken_for_decimals(tmp_path, mark, other):
     settled = text.replace("1;", f"0{mark}5;", 1)  # a decimal mark elsewhere leaves no doubt
     (specimen,) = read_table(table(tmp_path, settled), wanted())
     assert specimen.columns["force"][2] == 1.002
+    small = text.replace("500\n2;998", "5\n2;9", 1)  # no hundreds: nothing comes near a thousand
+    (specimen,) = read_table(table(tmp_path, small), wanted())
+    assert specimen.columns["force"][2] == 1.002
     few = text.replace("500\n2;998", f"0{mark}998\n2;0{mark}999", 1)
     (specimen,) = read_table(table(tmp_path, few), wanted())
     assert specimen.columns["force"][2] == 1.002
