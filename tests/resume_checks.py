@@ -142,7 +142,7 @@ def cut_off(scene, folder: Path, frame, monkeypatch, *, frames=8, every=2, threa
 
     def stop(self, now):
         if now == frame:
-            self._recorder._usd.save()
+            self._recorder._files.usd.save()
             shutil.copytree(whole, folder, ignore=shutil.ignore_patterns(".lock"))
             raise Cut
         at_frame(self, now)

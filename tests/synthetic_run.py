@@ -54,6 +54,11 @@ def shapes() -> tuple[list[PlyShape], list[ToolShape]]:
     return plies, [ToolShape("punch no. 1", corners, faces)]
 
 
+def writer_in(folder: Path) -> UsdWriter:
+    """A writer of their animation into a folder."""
+    return UsdWriter(folder / "scene.usdc", *shapes())
+
+
 def frames_at(part: float) -> list[PlyFrame]:
     """Return the frame of each ply when ``part`` of the stroke is done."""
     rest, triangles = blank()

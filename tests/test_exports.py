@@ -1,7 +1,6 @@
 """Exports, each read back by another hand than wrote it."""
 
 import base64
-import csv
 import re
 import shutil
 import struct
@@ -124,80 +123,6 @@ def test_a_ply_without_a_quantity_has_nan_beside_others(pressed):
     values = arrays["PointData/weft_curvature_per_m"]
     assert np.isnan(values[: len(low.points)]).all()
     np.testing.assert_array_equal(values[len(low.points) :], high.curvature[:, 1])
-
-
-# tables
-
-
-def expected(ply, frame):
-    """Some columns of a ply, computed anew."""
-    a, b, c = (ply.points[ply.triangles[:, k]] for k in range(3))
-    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))]
-    half = 0.5 * sum(sides)  # Heron
-    area = np.sqrt(half * np.prod([half - side for side in sides], axis=0))
-    return {
-        "frame": np.full(len(a), frame),
-        "triangle": np.arange(len(a)),
-        "centre_z_m": (a + b + c)[:, 2] / 3.0,
-        "rest_centre_x_m": ply.rest_points[ply.triangles, 0].mean(axis=1),
-        "area_m2": area,
-        "warp_y": ply.warp[:, 1],
-        "shear_angle_deg": ply.shear_angle_deg,
-        "weft_strain": ply.strain[:, 1],
-        "warp_tension_n_per_m": ply.line_tension[:, 0],
-        "weft_curvature_per_m": ply.curvature[ply.triangles, 1].mean(axis=1),
-        "slip_x_m": ply.slip[ply.triangles, 0].mean(axis=1),
-        "tool_pressure_pa": ply.tool_pressure[ply.triangles].mean(axis=1),
-    }
-
-
-def check_table(columns, folder, frames):
-    """Hold a table, its columns as lists, against the run."""
-    start = 0
-    for frame in frames:
-        for ply in wd.read_run(folder, frame=frame).plies:
-            rows = slice(start, start + len(ply.triangles))
-            assert set(columns["ply"][rows]) == {ply.name}
-            for name, values in expected(ply, frame).items():
-                read = np.array(columns[name][rows], float)
-                np.testing.assert_allclose(read, values, rtol=1e-8, atol=1e-12, err_msg=name)
-            start = rows.stop
-    assert len(columns["ply"]) == start
-    count = sum(3 if field.vector else 1 for field in fields_of(ply))
-    assert len(columns) == 11 + count
-
-
-def test_csv_has_a_row_a_triangle(pressed, tmp_path):
-    folder = pressed[1]
-    for frame, frames in ((None, [4]), ("all", range(5)), (-4, [1])):
-        out = export(folder, "csv", tmp_path / "t.csv", frame=frame, overwrite=True)
-        with out.open(encoding="utf-8") as file:
-            names, *rows = csv.reader(file)
-        check_table(dict(zip(names, zip(*rows, strict=True), strict=True)), folder, frames)
-
-
-def test_parquet_is_read_by_another_library(pressed, tmp_path):
-    pytest.importorskip("pyarrow")
-    duckdb = pytest.importorskip("duckdb")
-    out = export(pressed[1], "parquet", tmp_path / "t.parquet")
-    table = duckdb.read_parquet(str(out)).fetchnumpy()
-    check_table({name: list(values) for name, values in table.items()}, pressed[1], [4])
-
-
-def test_npz_needs_no_pickle(pressed, tmp_path):
-    out = export(pressed[1], "npz", tmp_path / "t.npz", frame=2)
-    with np.load(out, allow_pickle=False) as table:
-        check_table(dict(table), pressed[1], [2])
-
-
-def test_what_a_ply_lacks_is_left_empty(pressed):
-    from warpdrape.exports.table import _joined, _rows, _text
-
-    low, high = pressed[0].plies[:2]
-    columns = _joined([_rows(replace(low, curvature=None)), _rows(high)])
-    assert list(columns) == list(_rows(high))
-    assert _text(columns["warp_curvature_per_m"].tolist()[0]) == ""
-    assert _text(columns["warp_curvature_per_m"].tolist()[-1]) != ""
 
 
 # patterns

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.results import raster
-from warpdrape.results.raster import Camera, find_visible, vertex_normals
+from warpdrape.results.raster import Camera, find_visible
 
 
 def brute_force(screen, triangles, size):

@@ -159,7 +159,8 @@ def _iges_unit(file: Path) -> str:
     """The unit that an IGES file states in its global section; "" where that cannot be read."""
     lines = file.read_text("latin-1").splitlines()
     text = "".join(line[:72].ljust(72) for line in lines[:400] if line[72:73] == "G")
-    values, rest, delimiter = [], text, ","
+    values: list[str] = []
+    rest, delimiter = text, ","
     if text[:2] == "1H":
         delimiter = text[2]
     while rest and len(values) < 14:

@@ -129,12 +129,12 @@ def net_summary(
 
 def unseen(scene: Setup) -> list[str]:
     """Warning of what acts on the plies and is nothing to a net."""
-    kinds = {"clamps": scene.clamps, "pressures": scene.pressures, "springs": scene.springs}
-    found = [
-        f"{kind} {', '.join(repr(each.name) for each in some)}"
-        for kind, some in kinds.items()
-        if some
-    ]
+    kinds = {
+        "clamps": [clamp.name for clamp in scene.clamps],
+        "pressures": [pressure.name for pressure in scene.pressures],
+        "springs": [spring.name for spring in scene.springs],
+    }
+    found = [f"{kind} {', '.join(map(repr, names))}" for kind, names in kinds.items() if names]
     return [f"a net does not see {' and '.join(found)}"] if found else []
 
 

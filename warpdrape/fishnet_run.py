@@ -87,7 +87,8 @@ def _trimmed(ply: Ply, draped: Draped) -> Ply:
     if len(kept) == len(triangles):
         return ply
     used, corners = np.unique(kept, return_inverse=True)
-    mesh = FlatMesh(np.asarray(ply.mesh.vertices)[used], corners.reshape(-1, 3))
+    vertices = np.asarray(ply.mesh.vertices)[used]
+    mesh = FlatMesh(vertices, corners.reshape(-1, 3).astype(np.int32))
     return replace(ply, mesh=mesh)
 
 
@@ -102,8 +103,8 @@ def _finish(
     watch = DefectWatch(scene)
     moments = []
     for moved, flat in (([shifted() for _ in poses], True), (poses, False)):
-        plies = [formed_ply(p, d, flat) for p, d in zip(scene.plies, draped, strict=True)]
-        looked = watch.look(plies, moved)
+        formed = [formed_ply(p, d, flat) for p, d in zip(scene.plies, draped, strict=True)]
+        looked = watch.look(formed, moved)
         moments.append(([replace(ply, wrinkle=None) for ply in looked], moved))
     times = (0.0, scene.duration)
     rows = [history_row(scene, at, *moment) for at, moment in zip(times, moments, strict=True)]
@@ -152,7 +153,7 @@ def _write(
         usd = last.enter_context(UsdWriter(folder.scene_path, shapes, tools, about=about))
         for number, ((plies, moved), row) in enumerate(zip(moments, rows, strict=True)):
             history.append(row)
-            at, frames = row["time_s"], [ply.frame() for ply in plies]
+            at, frames = row["time_s"] or 0.0, [ply.frame() for ply in plies]
             usd.write(number, at, frames, tool_ways(scene, moved), tool_angles(scene, at))
     if scene.write is not None:
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -55,6 +56,15 @@ class Tally:
     wall: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Files:
+    """A run's folder and the files that grow in it."""
+
+    folder: RunFolder
+    history: HistoryWriter
+    usd: UsdWriter
+
+
 class Recorder:
     """Keeps history and last good frame, and writes the run folder as the run goes.
 
@@ -87,7 +97,7 @@ class Recorder:
         self.tally = Tally() if earlier is None else earlier.tally
         self.profile = Profile(model, sampling=profile)
         self._profiled, self._loading = profile, loading
-        self._model, self._folder = model, folder
+        self._model = model
         self.watch = Watch(model, None if earlier is None else earlier.seen)
         self._defects = DefectWatch(model.scene)
         self._rows: list[dict[str, float]] = []
@@ -96,12 +106,11 @@ class Recorder:
         self._loose: tuple[str, ...] = ()
         self._poses: list[Pose] = []
         self._started = time.perf_counter() - self.tally.wall
-        self._usd: UsdWriter | None = None
-        self._history: HistoryWriter | None = None
+        self._files: _Files | None = None
         if folder is not None:
-            self._open(folder, threads, earlier)
+            self._files = self._open(folder, threads, earlier)
 
-    def _open(self, folder: RunFolder, threads: int, earlier: Restart | None) -> None:
+    def _open(self, folder: RunFolder, threads: int, earlier: Restart | None) -> _Files:
         """Begin the files of the run, or go on in them."""
         scene, path = self._model.scene, folder.path / HISTORY
         folder.take()
@@ -111,9 +120,9 @@ class Recorder:
             folder.go_on()
         record = run_record(scene, self._model, self._model.timing.frames, threads)
         folder.write_json(RUN, record)
-        self._history = HistoryWriter(path, None if earlier is None else earlier.history)
-        self._rows = self._history.rows
-        self._usd = UsdWriter(
+        history = HistoryWriter(path, None if earlier is None else earlier.history)
+        self._rows = history.rows
+        usd = UsdWriter(
             folder.scene_path,
             [
                 PlyShape(
@@ -131,8 +140,10 @@ class Recorder:
                 "version": record["versions"]["warpdrape"],
                 "scene": scene.name,
             },
-            **({} if earlier is None else {"mark": earlier.frames, "last": earlier.frame}),
+            mark=None if earlier is None else earlier.frames,
+            last=-1 if earlier is None else earlier.frame,
         )
+        return _Files(folder, history, usd)
 
     @property
     def steps(self) -> int:
@@ -140,14 +151,16 @@ class Recorder:
         return self.tally.steps
 
     def saved(self) -> tuple[Mark, dict[str, Any]]:
-        """Bring frames and rows to the disk, and mark where their files end.
+        """Bring frames and rows of a run with a folder to the disk, and mark where they end.
 
         Raises:
             RunFailed: when the disk refuses.
         """
         self.tally.wall = time.perf_counter() - self._started
+        if self._files is None:
+            raise ValueError("the run writes no folder: it has nothing to go on in")
         with self.profile.timed("output"):
-            return self._usd.mark(), self._history.mark()
+            return self._files.usd.mark(), self._files.history.mark()
 
     def look_again(self, state: State) -> None:
         """Take the last good frame from a state that was put back.
@@ -178,13 +191,13 @@ class Recorder:
         """
         with self.profile.timed("results"):
             row = self._take_down(state)
-        if self._history is not None:
+        if self._files is not None:
             with self.profile.timed("output"):
-                self._history.append(row)
+                self._files.history.append(row)
                 frames = [ply.frame() for ply in self._plies]
                 ways = tool_ways(self._model.scene, self._poses)
                 angles = tool_angles(self._model.scene, self._loading.time)
-                self._usd.write(frame, row["time_s"], frames, ways, angles)
+                self._files.usd.write(frame, row["time_s"], frames, ways, angles)
         return row
 
     def _take_down(self, state: State) -> dict[str, float]:
@@ -243,24 +256,27 @@ class Recorder:
         result = Result(self._plies, summary, history, place_tools(model.scene, self._poses))
         summary["reported"] = []
         if model.scene.report is not None and not failure:
-            self._add_report(result, summary)
+            self._add_report(model.scene.report, result, summary)
         self._close(result, summary)
         return result
 
     def _save_frames(self) -> str:
         """Save the frames that are not yet on the disk; return why that failed, or nothing."""
-        if self._usd is not None:
+        if self._files is not None:
             with self.profile.timed("output"):
                 try:
-                    self._usd.save()
+                    self._files.usd.save()
                 except RunFailed as reason:
                     return str(reason)
         return ""
 
-    def _add_report(self, result: Result, summary: dict[str, Any]) -> None:
+    @staticmethod
+    def _add_report(
+        report: Callable[[Result], Mapping[str, Any]], result: Result, summary: dict[str, Any]
+    ) -> None:
         """Add what the scene itself reports; a fault in that must not cost the result."""
         try:
-            entries = as_json(self._model.scene.report(result), "report")
+            entries = as_json(report(result), "report")
         except Exception as error:
             add_warning(summary, "the scene's report failed", error)
             return
@@ -269,21 +285,22 @@ class Recorder:
 
     def _close(self, result: Result | None, summary: dict[str, Any]) -> None:
         """Give the files their final names, the summary last."""
-        if self._folder is None:
+        if self._files is None:
             return
+        folder = self._files.folder
         with ExitStack() as last:  # each is done even where another fails, the summary last
-            last.callback(self._folder.write_json, SUMMARY, summary)
+            last.callback(folder.write_json, SUMMARY, summary)
             if result is not None and summary["status"] == "completed":
-                last.callback(self._add_files, result, summary)
-            last.callback(self._history.close)
-            last.callback(self._usd.close)
+                last.callback(self._add_files, folder, result, summary)
+            last.callback(self._files.history.close)
+            last.callback(self._files.usd.close)
 
-    def _add_files(self, result: Result, summary: dict[str, Any]) -> None:
+    def _add_files(self, folder: RunFolder, result: Result, summary: dict[str, Any]) -> None:
         """Let the scene write its own files; a fault in that must not cost the result."""
         write = self._model.scene.write
         if write is None:
             return
         try:
-            write(result, self._folder)
+            write(result, folder)
         except Exception as error:
             add_warning(summary, "the scene's own files could not be written", error)

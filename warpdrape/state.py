@@ -271,7 +271,7 @@ def start_heat(scene: Setup, device: str) -> HeatState | None:
 
 def start_pressing(vertices: int, device: str) -> PressingState:
     """Nothing presses on so many vertices."""
-    real = {"dtype": wp.float64, "device": device}
+    real: dict[str, Any] = {"dtype": wp.float64, "device": device}
     return PressingState(wp.zeros(vertices, **real), wp.zeros(vertices, **real))
 
 
@@ -305,7 +305,7 @@ def with_own(record: Any) -> Any:
     """A record for one more part: what is not shared is its own, and starts from nothing."""
     if isinstance(record, tuple):
         return tuple(map(with_own, record))
-    if not dataclasses.is_dataclass(record):
+    if not dataclasses.is_dataclass(record) or isinstance(record, type):
         return record
     own = {}
     for field in dataclasses.fields(record):
@@ -325,7 +325,7 @@ def copied(record: Any) -> Any:
         return tuple(map(copied, record))
     if isinstance(record, wp.array):
         return wp.clone(record)
-    if not dataclasses.is_dataclass(record):
+    if not dataclasses.is_dataclass(record) or isinstance(record, type):
         return record
     fields = dataclasses.fields(record)
     return dataclasses.replace(record, **{f.name: copied(getattr(record, f.name)) for f in fields})

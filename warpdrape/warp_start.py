@@ -14,7 +14,7 @@ from pathlib import Path
 
 import warp as wp
 
-from warpdrape import kernels  # sets Warp's log level
+import warpdrape.kernels as kernels  # sets Warp's log level
 from warpdrape.errors import InputError
 
 NO_GPU = b"Could not find or load the NVIDIA CUDA driver"
@@ -62,7 +62,7 @@ def cache_damage(error: Exception) -> str:
 def kernels_are_compiled() -> bool:
     """Whether the kernel cache holds kernels of ours, so that a run starts at once."""
     folder = wp.config.kernel_cache_dir
-    return bool(folder) and any(Path(folder).glob(f"wp_{kernels.__name__}.*"))
+    return bool(folder) and any(Path(str(folder)).glob(f"wp_{kernels.__name__}.*"))
 
 
 def check_device(device: str) -> str:

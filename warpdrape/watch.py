@@ -26,17 +26,6 @@ SQUEEZED = 0.05
 """Share of its thickness by which a ply is squeezed between tools before that is said [-]."""
 
 
-def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
-    """Say when and in which ply and triangle a vertex ran away."""
-    remedy = "lower safety"
-    if model.scene.tools:
-        remedy += " or contact_share, slow the tools down"
-    return (
-        f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
-        f"{model.medium.speed_limit:.4g} m/s; {remedy}, or refine the mesh there"
-    )
-
-
 def number_of_ply(model: Model, vertex: int) -> int:
     """Number of the ply of a vertex."""
     return bisect_right([span.first_vertex for span in model.spans], vertex) - 1
@@ -58,7 +47,7 @@ def place(model: Model, vertex: int) -> str:
 def loose_plies(model: Model, state: State, measured: Sequence[Measured]) -> tuple[str, ...]:
     """Names of the plies that nothing has held or touched so far: contact always loses energy."""
     lost = state.plies.lost.numpy()[:, :2].any(axis=1)
-    held = {thing.ply for thing in (*model.scene.clamps, *model.scene.springs)}
+    held = {c.ply for c in model.scene.clamps} | {s.ply for s in model.scene.springs}
     touched = frozenset().union(*(each.touched for each in measured))
     return tuple(
         ply.name
@@ -134,7 +123,8 @@ class Watch:
     def _refuse_nonsense(plies: Sequence[FormedPly], now: float) -> None:
         """Raise `RunFailed` with ply and triangle where a value is not finite."""
         for ply in plies:
-            values = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            measured = (ply.warp, ply.weft, ply.shear_angle, ply.strain, ply.line_tension)
+            values = [array for array in measured if array is not None]
             if all(np.isfinite(array).all() for array in (ply.points, *values)):
                 continue
             bad = ~np.isfinite(ply.points).all(axis=1)[ply.triangles].all(axis=1)
@@ -145,6 +135,19 @@ class Watch:
                     f"blew up at {1e3 * now:.4g} ms in ply {ply.name!r}, triangle "
                     f"{int(np.argmax(bad))}: its values are not finite; lower safety"
                 )
+
+    def where_it_blew_up(self, vertex: int, when: float) -> str:
+        """Say when and in which ply and triangle a vertex ran away."""
+        model, before = self._model, ""
+        if self.seen.squeezed:
+            before = f"; before that, {self.seen.squeezed}"
+        remedy = "lower safety"
+        if model.scene.tools:
+            remedy += " or contact_share, slow the tools down"
+        return (
+            f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
+            f"{model.medium.speed_limit:.4g} m/s; {remedy}, or refine the mesh there{before}"
+        )
 
     def _refuse_growth(
         self, state: State, energies: Energies, measured: Sequence[Measured], now: float
@@ -183,16 +186,29 @@ class Watch:
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self.seen.squeeze = found
+        thinnest = found.thickness if law is None else law.thinnest
         least = f"its thickness of {1e3 * found.thickness:.3g} mm"
         room = "" if self._gives_way(found) else "leave the ply its thickness between them, or "
-        why = f"that of the contact's numerical stiffness; {room}give its fabric a compaction law"
+        why = (
+            "their force there is that of the contact's numerical stiffness; "
+            f"{room}give its fabric a compaction law"
+        )
         if law is not None:
-            least = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
-            why = "extrapolated; measure to higher pressures, or leave the ply more room"
+            least = f"{1e3 * thinnest:.3g} mm, the least thickness of its compaction law,"
+            why = (
+                "their force there is extrapolated; measure to higher pressures, or leave the ply "
+                "more room"
+            )
+        if found.apart > thinnest:
+            why = (
+                f"they leave {1e3 * found.apart:.3g} mm there, but the ply's flat triangles span a "
+                "hollow too narrow for them, and the force on them is the mesh's: refine the ply, "
+                "or round the tools' edges there"
+            )
         self.seen.squeezed = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
             f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
-            f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
+            f"({x:.4g}, {y:.4g}) mm: {why}"
         )
 
     def _note_depths(self, state: State) -> None:

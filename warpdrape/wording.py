@@ -28,7 +28,7 @@ def brief(record: Any) -> str:
     Args:
         record: a dataclass.
     """
-    known = units(type(record))
+    known = units(record.__class__)
     parts = [
         f"{field.name} {value(getattr(record, field.name), known.get(field.name, ''))}"
         for field in dataclasses.fields(record)

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.contact.rims import over_ply
-from warpdrape.dynamics.start_check import points_between
+from warpdrape.contact.tools_at_start import points_between
 from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool
@@ -72,7 +73,7 @@ def _touch(scene: Setup, tool: Tool) -> Touch:
     times = np.unique([*np.linspace(0.0, scene.duration, LOOKS + 1), *turns])
     first: Touch = none
     for ply in scene.plies:
-        time = _when(lambda t, ply=ply: _met(tool, t, ply), times)
+        time = _when(partial(_met, tool, ply), times)
         if time is None or (first.ply and time >= first.time):
             continue
         points = tool.pose(time).place(tool.vertices)
@@ -88,7 +89,7 @@ def _within(points: np.ndarray, tool: Tool, ply: Ply, half: float) -> np.ndarray
     return inside[over_ply(ply, inside)]
 
 
-def _met(tool: Tool, time: float, ply: Ply) -> bool:
+def _met(tool: Tool, ply: Ply, time: float) -> bool:
     half = 0.5 * ply.fabric.thickness * (1.0 - INSIDE)
     return len(_within(tool.pose(time).place(tool.vertices), tool, ply, half)) > 0
 

@@ -87,9 +87,9 @@ def _draw_space(axes: Axes, scene: Setup) -> None:
     points = top.rest_points
     width = float(np.ptp(points, axis=0).max())
     tools = [_lifted(tool, top, width) for tool in scene.tools]
-    ways = [np.tile([*way, 0.0], (len(top.mesh.triangles), 1)) for way in top.yarn_directions]
-    triangles = np.asarray(top.mesh.triangles)
-    view = PlyView(top.name, points, points, triangles, *ways, np.zeros(len(triangles)))
+    triangles = np.asarray(top.mesh.triangles, np.int64)
+    warp, weft = (np.tile([*way, 0.0], (len(triangles), 1)) for way in top.yarn_directions)
+    view = PlyView(top.name, points, points, triangles, warp, weft, np.zeros(len(triangles)))
     shown = np.concatenate([points, *(vertices for vertices, _ in tools)])
     camera = Camera.around(shown, *DEFAULT_VIEW, int(0.48 * WIDTH) * SAMPLES)
     spacing = round_spacing(points)
@@ -166,9 +166,9 @@ def _draw_yarns(axes: Axes, plies: Sequence[Ply]) -> None:
             },
         )
     degrees = np.degrees(ply.warp_angle)
-    at = middle + 1.15 * length * ply.yarn_directions[0]
+    x, y = middle + 1.15 * length * ply.yarn_directions[0]
     names = ", ".join(each.name for each in plies)
-    axes.text(*at, f"{names} {degrees:.4g}°", fontsize=7, color=PLY_COLOUR)
+    axes.text(x, y, f"{names} {degrees:.4g}°", fontsize=7, color=PLY_COLOUR)
 
 
 def _draw_section(axes: Axes, scene: Setup, axis: int) -> None:

@@ -101,7 +101,7 @@ def _ply(ply: Ply) -> str:
 
 
 def _touch(touch: Touch) -> str:
-    if not touch.ply:
+    if touch.place is None:
         if math.isfinite(touch.gap):
             return f"{touch.tool}: none while the plies lie flat, {1e3 * touch.gap:.3g} mm off them"
         return f"{touch.tool}: none while the plies lie flat, beside them"

@@ -44,7 +44,7 @@ def compare(arguments: argparse.Namespace) -> list[Compared]:
     built = {name: _build(script, name, arguments.settings) for name in approaches}
     scenes = [scene for scene in built.values() if not isinstance(scene, InputError)]
     if not scenes:
-        raise next(iter(built.values()))
+        raise next(error for error in built.values() if isinstance(error, InputError))
     plies = [ply.name for ply in scenes[0].plies]
     ply = plies[0] if arguments.ply is None else one_of("ply", arguments.ply, plies)
     finished = _finished(folder, built, options, arguments.overwrite)

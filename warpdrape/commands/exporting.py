@@ -20,7 +20,9 @@ def read_options(settings: Sequence[str], **flags: str | None) -> dict[str, floa
         InputError: if one is unknown, given twice, or no number where one is wanted.
     """
     known = {option.name: option for each in FORMATS.values() for option in each.options}
-    options = {name: text for name, text in flags.items() if text is not None}
+    options: dict[str, float | str] = {
+        name: text for name, text in flags.items() if text is not None
+    }
     for setting in settings:
         name, sign, text = setting.partition("=")
         name = name.strip()

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.tools.floating import Float, Motion
-from warpdrape.tools.motion import Path, Stages, Stroke
+from warpdrape.tools.floating import Float
+from warpdrape.tools.motion import Path, Stages, Still, Stroke
 
 if TYPE_CHECKING:
     from warpdrape.commands.resuming import Begun
     from warpdrape.scene import Scene
+    from warpdrape.setup import Clamp
+    from warpdrape.tools.tool import Tool
 
 _ASKED = re.compile(r"(\d+(?:\.\d*)?(?:e[-+]?\d+)?) ?(m|cm|mm|s|ms|frames?)")
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
@@ -108,33 +111,37 @@ def _further(scene: Scene, way: float) -> tuple[Scene, float]:
     they did.
     """
     now = scene.duration
-    movers = [
-        thing
-        for thing in (*scene.tools, *scene.clamps)
-        if not isinstance(thing.motion, Float) and thing.motion.peak_speed > 0.0
-    ]
     for clamp in scene.clamps:
         if clamp.matrix is not None:
             raise InputError(
                 f"clamp {clamp.name!r} moves by a function of time: extend by a time, or from "
                 "Python by a scene with a longer one"
             )
+    movers = _strokes((*scene.tools, *scene.clamps))
     if not movers:
         raise InputError("--extend by a way needs a tool or clamp that travels; none does")
-    for thing in movers:
-        if isinstance(thing.motion, Stages):
+    time = max(_time(motion, way) for motion in movers.values())
+    motions = {name: _path(name, motion, now, way, time) for name, motion in movers.items()}
+    held = now - max(motion.end for motion in movers.values())
+    tools = [replace(t, motion=motions.get(t.name, t.motion)) for t in scene.tools]
+    clamps = [replace(c, motion=motions.get(c.name, c.motion)) for c in scene.clamps]
+    return replace(scene, tools=tools, clamps=clamps), time + max(held, 0.0)
+
+
+def _strokes(things: Sequence[Tool | Clamp]) -> dict[str, Stroke | Path]:
+    """Motions of those that travel, by name."""
+    found: dict[str, Stroke | Path] = {}
+    for thing in things:
+        motion = thing.motion
+        if isinstance(motion, Float | Still) or motion.peak_speed == 0.0:
+            continue
+        if isinstance(motion, Stages):
             raise InputError(
                 f"{thing.name!r} moves in stages, of which none is the one to go on: extend by a "
                 "time, or from Python by a scene with one more stroke"
             )
-    time = max(_time(thing.motion, way) for thing in movers)
-    motions = {thing.name: _path(thing.name, thing.motion, now, way, time) for thing in movers}
-    held = now - max(thing.motion.end for thing in movers)
-    tools, clamps = (
-        [replace(t, motion=motions.get(t.name, t.motion)) for t in things]
-        for things in (scene.tools, scene.clamps)
-    )
-    return replace(scene, tools=tools, clamps=clamps), time + max(held, 0.0)
+        found[thing.name] = motion
+    return found
 
 
 def _time(motion: Stroke | Path, way: float) -> float:
@@ -146,7 +153,7 @@ def _time(motion: Stroke | Path, way: float) -> float:
     return max(PEAK * way / motion.peak_speed, math.sqrt(HARDEST * way / hardest))
 
 
-def _path(name: str, motion: Motion, now: float, way: float, time: float) -> Path:
+def _path(name: str, motion: Stroke | Path, now: float, way: float, time: float) -> Path:
     start, here, end = motion.displacement(np.array([0.0, now, FAR]))
     travel = end - start
     whole = float(np.linalg.norm(travel))

@@ -52,9 +52,10 @@ def begun(folder: Path) -> Begun:
     RunFolder.of_run(folder)
     restart = read_restart(folder)
     if restart is not None:
-        parts, call = restart.parts, restart.call
+        parts: Mapping[str, Any] = restart.parts
+        call: Mapping[str, Any] | None = restart.call
         at_end = restart.frame == restart.timing.frames
-        frames = restart.timing.frames
+        frames: Any = restart.timing.frames
     else:
         if not (folder / RUN).exists():
             raise InputError(

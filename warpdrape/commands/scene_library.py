@@ -180,7 +180,7 @@ def digest_of(path: Path) -> str:
 
 
 def _described(name: str, module: types.ModuleType, *, bundled: bool) -> SceneScript:
-    path = Path(module.__file__)
+    path = Path(str(module.__file__))
     build = getattr(module, "build", None)
     if not inspect.isfunction(build):
         raise InputError(

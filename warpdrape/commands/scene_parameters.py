@@ -75,7 +75,7 @@ class Parameter:
 
     def _one(self, text: str) -> Any:
         """Value of one number, word or text."""
-        if self.kind is str:
+        if self.kind is None or self.kind is str:
             return text
         value = _number(self.kind, text)
         if value is None and self.kind in (float, int):
@@ -103,7 +103,7 @@ class Parameter:
         """
         found = _WITH_UNIT.fullmatch(text.strip().replace("μ", "µ"))
         number = _number(float, found[1]) if found else None
-        if number is None:
+        if found is None or number is None:
             return None
         units = _UNITS.get(self.unit, {})
         if found[2] not in units:

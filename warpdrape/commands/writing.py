@@ -162,11 +162,11 @@ def _angles(text: str) -> list[float]:
 
 def _force(text: str | None, mould: Mould, thickness: float) -> tuple[float, list[str]]:
     """Force of the holder [N], and what is to be said of it."""
-    found = _FORCE.fullmatch(text) if text is not None else None
     if text is not None:
+        found = _FORCE.fullmatch(text)
         try:
-            force = float(found[1]) * (1e3 if found[2] == "kN" else 1.0)
-        except (TypeError, ValueError):
+            force = float(found[1] if found else "") * (1e3 if found and found[2] == "kN" else 1.0)
+        except ValueError:
             raise InputError(f"--holder {text} must be a force, such as 200N, or 0") from None
         if not mould.has_rim and force > 0.0:
             raise InputError(

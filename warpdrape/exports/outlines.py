@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import shapely
 
 from warpdrape.blanks.loops import closed_loops, loop_area
 
@@ -32,11 +33,7 @@ def inside(points: np.ndarray, loops: Sequence[np.ndarray]) -> np.ndarray:
     """
     odd = np.zeros(len(points), bool)
     for loop in loops:
-        for (x1, y1), (x2, y2) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-            between = (y1 > points[:, 1]) != (y2 > points[:, 1])
-            if between.any():
-                at = x1 + (points[between, 1] - y1) * (x2 - x1) / (y2 - y1)
-                odd[between] ^= points[between, 0] < at
+        odd ^= shapely.contains_xy(shapely.Polygon(loop), *np.asarray(points).T)
     return odd
 
 

@@ -6,6 +6,7 @@ import math
 import os
 import textwrap
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +28,9 @@ from warpdrape.materials.laws import (
 )
 from warpdrape.materials.matrix_card import NAMES, matrix_rows, matrix_values, plot_matrix
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 WIDTH = 96
 """Columns of a card."""
 _TENSION_NAMES = {
@@ -41,7 +45,7 @@ _TENSION_NAMES = {
 def card(fabric: Fabric) -> str:
     """Return the card of a fabric as text for a terminal."""
     notes: list[tuple[str, str]] = []
-    rows = [("value", "as given", "SI", "status", "note")]
+    rows: list[tuple[str, ...]] = [("value", "as given", "SI", "status", "note")]
     for name, value in _values(fabric):
         source = fabric.sources.get(name)
         status = source.status if source else "not stated"
@@ -96,7 +100,7 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
             values.append((name, f"{getattr(fabric, name):.4g}"))
     values += [(f"tension.{name}", text) for name, text in _tension_values(fabric.tension)]
     if isinstance(fabric.shear, ShearTable):
-        angles, couples = fabric.shear.angles, fabric.shear.couples
+        angles, couples = np.asarray(fabric.shear.angles), fabric.shear.couples
         values.append(("shear.angles", f"{angles.size} points to {angles[-1]:.4g} rad"))
         values.append(("shear.couples", f"to {couples[-1]:.4g} N·m"))
     elif not isinstance(fabric.shear, NoShear):
@@ -108,8 +112,8 @@ def _values(fabric: Fabric) -> list[tuple[str, str]]:
         values.append(("shear.coefficients", shown))
     if isinstance(fabric.bending, BendingCurve):
         curve = fabric.bending
-        last = curve.curvatures[-1]
-        values.append(("bending.curvatures", f"{curve.curvatures.size} points to {last:.4g} 1/m"))
+        count, last = len(curve.curvatures), curve.curvatures[-1]
+        values.append(("bending.curvatures", f"{count} points to {last:.4g} 1/m"))
         for family in ("warp", "weft"):
             moment = getattr(curve, f"moments_{family}")[-1]
             values.append((f"bending.moments_{family}", f"to {moment:.4g} N"))
@@ -146,9 +150,7 @@ def _crossover_values(law: Crossover, sources: Mapping[str, Source]) -> list[tup
     return values
 
 
-def _tension_values(
-    law: TensionLaw,
-) -> list[tuple[str, str]]:
+def _tension_values(law: TensionLaw) -> list[tuple[str, str]]:
     match law:
         case LinearTension():
             return [("warp", f"{law.warp:.6g} N"), ("weft", f"{law.weft:.6g} N")]
@@ -177,7 +179,7 @@ def _tension_values(
 
 def _derived(fabric: Fabric) -> list[tuple[str, ...]]:
     """What follows from the values, as rows of a table."""
-    rows = [("computed from these", "")]
+    rows: list[tuple[str, ...]] = [("computed from these", "")]
     if not isinstance(fabric.tension, Unwoven):
         b1, b2 = fabric.yarn_width
         rows += [
@@ -262,9 +264,9 @@ def plot_card(fabric: Fabric, path: str | os.PathLike[str]) -> None:
     figure.savefig(path, dpi=120)
 
 
-def _plot_rubber(fabric: Fabric, axes) -> None:
+def _plot_rubber(law: MooneyRivlin, thickness: float, axes: Axes) -> None:
     """Nominal line tension over stretch, pulled one way with free sides, and both ways."""
-    law, step = fabric.tension, 1e-5
+    step = 1e-5
     stretch = np.linspace(1.0, law.largest_stretch, 201)
     for text, style, across in (
         ("one way", "-", lambda s: s**-0.5),
@@ -273,15 +275,15 @@ def _plot_rubber(fabric: Fabric, axes) -> None:
         rise = law.energy(stretch + step, across(stretch)) - law.energy(
             stretch - step, across(stretch)
         )
-        line = fabric.thickness * rise / (2.0 * step)
+        line = thickness * rise / (2.0 * step)
         axes.plot(100 * (stretch - 1.0), line / 1e3, style, label=text)
     axes.set(ylabel="line tension per flat width [N/mm]", title="Rubber")
 
 
-def _plot_tensions(fabric: Fabric, axes) -> None:
+def _plot_tensions(fabric: Fabric, axes: Axes) -> None:
     axes.set(xlabel="strain [%]", title="Yarn tension")
     if isinstance(fabric.tension, MooneyRivlin):
-        _plot_rubber(fabric, axes)
+        _plot_rubber(fabric.tension, fabric.thickness, axes)
     elif isinstance(fabric.tension, IsotropicMembrane):
         strain = np.linspace(0.0, 0.02, 2)
         law = fabric.tension
@@ -312,7 +314,7 @@ def _plot_tensions(fabric: Fabric, axes) -> None:
     axes.legend(frameon=False, fontsize="small")
 
 
-def _plot_shear(fabric: Fabric, couple, force) -> None:
+def _plot_shear(fabric: Fabric, couple: Axes, force: Axes) -> None:
     couple.set(title="Shear couple", ylabel="couple C$_s$ [N·mm per cell]")
     force.set(title="Normalised shear force", ylabel="C/cos γ [N/mm]")
     for axes in (couple, force):
@@ -327,7 +329,7 @@ def _plot_shear(fabric: Fabric, couple, force) -> None:
     last = 70.0
     if isinstance(fabric.shear, ShearTable):
         last = min(85.0, math.degrees(fabric.shear.angles[-1]) * 1.1)
-        points = np.degrees(fabric.shear.angles), fabric.shear.couples * 1e3
+        points = np.degrees(fabric.shear.angles), np.asarray(fabric.shear.couples) * 1e3
         couple.plot(*points, "o", color="C0", markersize=3)
     end = math.degrees(fabric.shear.angles[-1]) if isinstance(fabric.shear, ShearTable) else last
     for first, until, style, label in ((0.0, end, "-", None), (end, last, "--", "extrapolated")):

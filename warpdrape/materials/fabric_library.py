@@ -319,7 +319,8 @@ def _bending(
         thickness = values["thickness"]
         if isinstance(tension, MooneyRivlin):
             return Bending.of_sheet(3.0 * tension.shear_modulus * thickness, 0.5, thickness)
-        return Bending.of_sheet(tension.stiffness, tension.poisson, thickness)
+        if isinstance(tension, IsotropicMembrane):
+            return Bending.of_sheet(tension.stiffness, tension.poisson, thickness)
     found: dict[str, float] = {}
     for family in ("warp", "weft"):
         length = f"flexural_length_{family}"

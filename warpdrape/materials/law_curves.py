@@ -41,7 +41,7 @@ def _sample(
     kernel: Any, law: Any, at: np.ndarray, dtype: type, device: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values, of the type of the arguments, and energies of a law at n arguments."""
-    arguments = wp.array(np.asarray(at, dtype=float), dtype=dtype, device=device)
+    arguments: wp.array[Any] = wp.array(np.asarray(at, dtype=float), dtype=dtype, device=device)
     values = wp.empty(len(at), dtype=dtype, device=device)
     energies = wp.empty(len(at), dtype=wp.float64, device=device)
     wp.launch(kernel, len(at), inputs=[law, arguments], outputs=[values, energies], device=device)

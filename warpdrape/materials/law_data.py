@@ -37,11 +37,11 @@ def tension_struct(fabric: Fabric, device: Any = None) -> Any:
     """Build the kernels' struct of a fabric's tension law, as line tensions [N/m]."""
     match fabric.tension:
         case LinearTension():
-            return _linear_struct(fabric)
+            return _linear_struct(fabric, fabric.tension)
         case TabulatedTension():
-            return _tabulated_struct(fabric, device)
+            return _tabulated_struct(fabric, fabric.tension, device)
         case CrimpInterchange():
-            return _crimp_struct(fabric)
+            return _crimp_struct(fabric, fabric.tension)
         case IsotropicMembrane():
             law = isotropic.IsotropicMembrane()
             law.stiffness = fabric.tension.stiffness
@@ -54,16 +54,18 @@ def tension_struct(fabric: Fabric, device: Any = None) -> Any:
             return law
 
 
-def _linear_struct(fabric: Fabric) -> tension.LinearTension:
+def _linear_struct(fabric: Fabric, yarns: LinearTension) -> tension.LinearTension:
     b1, b2 = fabric.yarn_width
     law = tension.LinearTension()
-    law.stiffness = wp.vec2d(fabric.tension.warp / b1, fabric.tension.weft / b2)
+    law.stiffness = wp.vec2d(yarns.warp / b1, yarns.weft / b2)
     law.compressive_factor = fabric.compressive_factor
     return law
 
 
-def _tabulated_struct(fabric: Fabric, device: Any) -> tension.TabulatedTension:
-    energy = _fitted(fabric.tension, fabric.yarn_width)
+def _tabulated_struct(
+    fabric: Fabric, table: TabulatedTension, device: Any
+) -> tension.TabulatedTension:
+    energy = _fitted(table, fabric.yarn_width)
     if energy.warning:
         warnings.warn(f"fabric {fabric.name!r}: {energy.warning}", stacklevel=3)
     own, _ = _table_stiffness(energy)
@@ -77,8 +79,7 @@ def _tabulated_struct(fabric: Fabric, device: Any) -> tension.TabulatedTension:
     return law
 
 
-def _crimp_struct(fabric: Fabric) -> crimp.CrimpInterchange:
-    yarns = fabric.tension
+def _crimp_struct(fabric: Fabric, yarns: CrimpInterchange) -> crimp.CrimpInterchange:
     law = crimp.CrimpInterchange()
     law.spacing = wp.vec2d(yarns.spacing_warp, yarns.spacing_weft)
     law.length = wp.vec2d(*yarns.lengths)
@@ -92,7 +93,7 @@ def _crimp_struct(fabric: Fabric) -> crimp.CrimpInterchange:
 def shear_struct(fabric: Fabric, device: Any = None) -> Any:
     """Build the kernels' struct of a fabric's shear law, as couples per area [N/m]."""
     if isinstance(fabric.shear, ShearTable):
-        return _curve_struct(fabric, device)
+        return _curve_struct(fabric, fabric.shear, device)
     coefficients = () if isinstance(fabric.shear, NoShear) else fabric.shear.coefficients
     padded = np.zeros(4)
     padded[: len(coefficients)] = np.asarray(coefficients) / fabric.cell_area
@@ -101,10 +102,10 @@ def shear_struct(fabric: Fabric, device: Any = None) -> Any:
     return law
 
 
-def _curve_struct(fabric: Fabric, device: Any) -> shear.ShearCurve:
-    angles = fabric.shear.angles
-    couples = fabric.shear.couples / fabric.cell_area
-    slopes = fabric.shear.slopes / fabric.cell_area
+def _curve_struct(fabric: Fabric, table: ShearTable, device: Any) -> shear.ShearCurve:
+    angles = np.asarray(table.angles)
+    couples = np.asarray(table.couples) / fabric.cell_area
+    slopes = table.slopes / fabric.cell_area
     steps = np.diff(angles)
     mean = (couples[:-1] + couples[1:]) / 2 + steps * (slopes[:-1] - slopes[1:]) / 12
     energies = np.concatenate([[0.0], np.cumsum(steps * mean)])

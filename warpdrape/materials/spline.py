@@ -60,11 +60,12 @@ def fit_energy(table: TabulatedTension, yarn_width: tuple[float, float]) -> Spli
     Raises:
         InputError: the tensions are all zero, or far from having a potential.
     """
-    axes = (table.strain_warp, table.strain_weft)
-    origin = (float(axes[0][0]), float(axes[1][0]))
-    intervals = (len(axes[0]) - 1, len(axes[1]) - 1)
-    spacing = tuple(float(a[-1] - a[0]) / n for a, n in zip(axes, intervals, strict=True))
-    lines = np.stack([table.tension_warp / yarn_width[0], table.tension_weft / yarn_width[1]])
+    warp, weft = np.asarray(table.strain_warp), np.asarray(table.strain_weft)
+    origin = (float(warp[0]), float(weft[0]))
+    intervals = (len(warp) - 1, len(weft) - 1)
+    spacing = (float(np.ptp(warp)) / intervals[0], float(np.ptp(weft)) / intervals[1])
+    tensions = np.asarray(table.tension_warp), np.asarray(table.tension_weft)
+    lines = np.stack([t / width for t, width in zip(tensions, yarn_width, strict=True)])
     largest = np.abs(lines).max()
     if largest == 0.0:
         raise InputError("tension_warp and tension_weft are all zero: give tensions [N per yarn]")
@@ -90,8 +91,9 @@ def _misfit(
     energy: SplineEnergy, table: TabulatedTension, yarn_width: tuple[float, float]
 ) -> float:
     """Largest error of a yarn's tension over the largest tension of a yarn [-]."""
-    warp = energy.derivative(table.strain_warp, table.strain_weft, (1, 0)) * yarn_width[0]
-    weft = energy.derivative(table.strain_warp, table.strain_weft, (0, 1)) * yarn_width[1]
+    strains = np.asarray(table.strain_warp), np.asarray(table.strain_weft)
+    warp = energy.derivative(*strains, (1, 0)) * yarn_width[0]
+    weft = energy.derivative(*strains, (0, 1)) * yarn_width[1]
     error = max(np.abs(warp - table.tension_warp).max(), np.abs(weft - table.tension_weft).max())
     return float(error / max(np.abs(table.tension_warp).max(), np.abs(table.tension_weft).max()))
 

@@ -174,17 +174,3 @@ def _chunks(ends: NDArray[np.int64]) -> list[tuple[int, int]]:
     cuts = np.unique(np.append(np.searchsorted(ends, wanted), [0, len(ends)]))
     cuts = cuts[cuts <= len(ends)]
     return list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
-
-
-def vertex_normals(
-    points: NDArray[np.float64], triangles: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return unit normals at the vertices, weighted by area, shape (n, 3)."""
-    normals = np.zeros_like(points)
-    face = np.cross(
-        points[triangles[:, 1]] - points[triangles[:, 0]],
-        points[triangles[:, 2]] - points[triangles[:, 0]],
-    )
-    for corner in range(3):
-        np.add.at(normals, triangles[:, corner], face)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)

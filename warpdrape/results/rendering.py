@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.results.quantities import Quantity
-from warpdrape.results.raster import Camera, find_visible, vertex_normals
+from warpdrape.results.raster import Camera, find_visible
 from warpdrape.results.usd_reader import PlyView, Surface
 from warpdrape.results.yarn_lines import on_blank
 

@@ -116,28 +116,33 @@ class UnitCell:
             for k, c in enumerate(self._checked_crimps())
         ]
         first, second = wanted
-        if first is None and second is None:
-            return 0.5 * self.height[1], 0.5 * self.height[0]
         if first is not None and second is not None:
             needed = first + second
             if abs(needed / total - 1.0) > HEIGHT_ERROR:
+                shown = [
+                    f"crimp_{f} = {_percent(c)}" for f, c in zip(FAMILIES, self.crimp, strict=True)
+                ]
                 raise InputError(
-                    f"crimp_warp = {100 * self.crimp[0]:.4g} % and crimp_weft = "
-                    f"{100 * self.crimp[1]:.4g} % need yarns of {2e3 * needed:.4g} mm together, "
+                    f"{' and '.join(shown)} need yarns of {2e3 * needed:.4g} mm together, "
                     f"height_warp and height_weft are {2e3 * total:.4g} mm: correct one, or leave "
                     "one crimp out"
                 )
             return first * total / needed, second * total / needed
-        known = 0 if first is not None else 1
-        given = first if first is not None else second
-        if given >= total:
-            family = FAMILIES[known]
-            most = crimp_of(total, self.cell[known], self.width[1 - known], self.changes[known])
-            raise InputError(
-                f"crimp_{family} = {100 * self.crimp[known]:.4g} % is more than the "
-                f"{100 * most:.4g} % that heights of {2e3 * total:.4g} mm together allow"
-            )
-        return (given, total - given) if known == 0 else (total - given, given)
+        if first is not None:
+            return first, self._rest(0, first, total)
+        if second is not None:
+            return self._rest(1, second, total), second
+        return 0.5 * self.height[1], 0.5 * self.height[0]
+
+    def _rest(self, family: int, given: float, total: float) -> float:
+        """What the amplitude of one family leaves the other [m]; `InputError` where nothing."""
+        if given < total:
+            return total - given
+        most = crimp_of(total, self.cell[family], self.width[1 - family], self.changes[family])
+        raise InputError(
+            f"crimp_{FAMILIES[family]} = {_percent(self.crimp[family])} is more than the "
+            f"{_percent(most)} that heights of {2e3 * total:.4g} mm together allow"
+        )
 
     def _checked_crimps(self) -> tuple[float | None, float | None]:
         for family, crimp in zip(FAMILIES, self.crimp, strict=True):
@@ -148,10 +153,11 @@ class UnitCell:
     @property
     def crimps(self) -> Pair:
         """Crimp of warp and weft yarns as woven [-]."""
-        return tuple(
+        warp, weft = (
             crimp_of(a, self.cell[k], self.width[1 - k], self.changes[k])
             for k, a in enumerate(self.amplitudes)
         )
+        return warp, weft
 
     @property
     def locking(self) -> float:
@@ -160,6 +166,10 @@ class UnitCell:
         Of the family that comes to it first, in a ply that is not stretched.
         """
         return min(math.acos(w / s) for w, s in zip(self.width, self.spacing, strict=True))
+
+
+def _percent(share: float | None) -> str:
+    return "none" if share is None else f"{100 * share:.4g} %"
 
 
 def fibre_shares(section: str, width: Pair, height: Pair, fibre_areas: Pair) -> Pair:
@@ -175,11 +185,11 @@ def fibre_shares(section: str, width: Pair, height: Pair, fibre_areas: Pair) -> 
         InputError: more than round fibres can fill.
     """
     area = AREAS[one_of("section", section, AREAS)]
-    shares = tuple(f / (area * w * h) for f, w, h in zip(fibre_areas, width, height, strict=True))
-    for family, share in zip(FAMILIES, shares, strict=True):
+    warp, weft = (f / (area * w * h) for f, w, h in zip(fibre_areas, width, height, strict=True))
+    for family, share in zip(FAMILIES, (warp, weft), strict=True):
         if share >= FULLEST:
             raise InputError(
                 f"fibres fill {100 * share:.3g} % of a {family} yarn's section, more than "
                 f"{100 * FULLEST:.3g} %: check linear_density, fibre_density, width and height"
             )
-    return shares
+    return warp, weft

@@ -167,16 +167,16 @@ def _plan(section: Section) -> Plan:
         section, values={**{name: ASSUMED[name] for name in assumed}, **section.values}
     )
     pairs = {name: _pair(filled, name) for name in OF_A_FAMILY}
-    single = {name: _single(filled, name) for name in OF_ALL}
+    single = {n: _si(filled, n, OF_ALL[n]) for n in OF_ALL if n in filled.values}
     mass = _needed(section, "linear_density", pairs)
-    density = single["fibre_density"]
-    if density is None:
+    if "fibre_density" not in single:
         section.fail("", "'fibre_density' (such as 2.55 g/cm³) is missing")
+    density = single["fibre_density"]
     cell = _cell(section, weave, texts["section"] or "lens", pairs, single, mass)
     loads = Loads(
         _needed(section, "shear_tension", pairs),
-        single["largest_strain"],
-        single["largest_angle"],
+        single.get("largest_strain"),
+        single.get("largest_angle"),
         numbers.get("points", 9),
     )
     elements = numbers.get("elements", 8)
@@ -209,7 +209,7 @@ def _cell(
     weave: Weave,
     form: str,
     pairs: Mapping[str, tuple],
-    single: Mapping[str, float | None],
+    single: Mapping[str, float],
     mass: tuple[float, float],
 ) -> UnitCell:
     """The cell of what a file gives, and of what is assumed."""
@@ -244,10 +244,6 @@ def _si(section: Section, name: str, quantity: str) -> float:
         return si_value(name, section.values[name], quantity)
     except InputError as error:
         section.fail(name, str(error).removeprefix(f"{name} = "))
-
-
-def _single(section: Section, name: str) -> float | None:
-    return _si(section, name, OF_ALL[name]) if name in section.values else None
 
 
 def _pair(section: Section, name: str) -> tuple[float | None, float | None]:
@@ -287,7 +283,7 @@ def _spacing(section: Section, pairs: Mapping[str, tuple]) -> tuple[float, float
 def _stiffness(
     section: Section,
     pairs: Mapping[str, tuple],
-    single: Mapping[str, float | None],
+    single: Mapping[str, float],
     mass: tuple[float, float],
 ) -> tuple[float, float]:
     """EA [N], given as such, or fibre modulus times mass per length over density."""
@@ -295,7 +291,7 @@ def _stiffness(
     for k, family in enumerate(FAMILIES):
         value = pairs["stiffness"][k]
         if value is None:
-            if single["fibre_modulus"] is None:
+            if "fibre_modulus" not in single:
                 section.fail("", f"give 'fibre_modulus', or 'stiffness_{family}' (EA of a yarn)")
             value = single["fibre_modulus"] * mass[k] / single["fibre_density"]
         found.append(value)

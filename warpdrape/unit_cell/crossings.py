@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.unit_cell.model import Model, middle_distances, patch_places, stretches
+from warpdrape.unit_cell.model import Model, Scalar, middle_distances, patch_places, stretches
 from warpdrape.unit_cell.splines import spline_basis
 
 
@@ -27,8 +27,8 @@ class Contact:
         squeeze: e there [-], shape [crossover, q, q].
     """
 
-    half_warp: complex
-    half_weft: complex
+    half_warp: Scalar
+    half_weft: Scalar
     weight: np.ndarray
     squeeze: np.ndarray
 
@@ -44,7 +44,7 @@ def contact(model: Model, state: np.ndarray, strain: np.ndarray) -> Contact:
     return Contact(half_warp, half_weft, weight, 1.0 - 2.0 * apart / model.thickness)
 
 
-def crossing_energy(model: Model, state: np.ndarray, strain: np.ndarray) -> complex:
+def crossing_energy(model: Model, state: np.ndarray, strain: np.ndarray) -> Scalar:
     """Energy of the crossovers on one repeat of a warp yarn [J]; infinite where lines cross."""
     at = contact(model, state, strain)
     if np.real(at.squeeze).max() >= 1.0:

@@ -15,7 +15,7 @@ from warpdrape.unit_cell.crossings import (
     crossing_energy,
     crossing_friction,
 )
-from warpdrape.unit_cell.model import Model, stretches
+from warpdrape.unit_cell.model import Model, Scalar, stretches
 from warpdrape.unit_cell.sides import add_sides, narrowing_energy, side_energy, side_friction
 from warpdrape.unit_cell.stretching import add_yarn, yarn_energy, yarn_strain
 
@@ -58,7 +58,7 @@ class Equilibrium:
     iterations: int
 
 
-def energy(model: Model, state: np.ndarray, strain: np.ndarray) -> complex:
+def energy(model: Model, state: np.ndarray, strain: np.ndarray) -> Scalar:
     """Energy of one repeat, n unit cells [J].
 
     Args:
@@ -91,12 +91,12 @@ def derivatives(
     add_crossings(model, state, strain, gradient, hessian)
     first = model.yarns[0].count
     for family, part in enumerate((slice(None, first), slice(first, None))):
-        views = gradient[part], hessian[part, part] if second else None
+        views = gradient[part], None if hessian is None else hessian[part, part]
         add_yarn(model.yarns[family], state[part], 1.0 + strain[family], *views)
         add_sides(model, family, state[part], strain, *views)
     anchor = _anchor(model)
     gradient = gradient + anchor * np.sum(state - model.woven)
-    return gradient, hessian + anchor if second else None
+    return gradient, None if hessian is None else hessian + anchor
 
 
 def strain_forces(

@@ -178,10 +178,11 @@ def shear(
     angles = shear_angles(model, loads)
     both: list[tuple[Equilibrium, Equilibrium]] = []
     end = "as asked for" if loads.largest_angle is not None else "a little past locking"
-    strain, starts = np.zeros(2), [None, None]
+    strain = np.zeros(2)
+    starts: tuple[Equilibrium | None, Equilibrium | None] = (None, None)
     for number, angle in enumerate(angles):
         try:
-            pair = tuple(
+            ahead, back = (
                 settle(model, np.array([*strain, way * angle]), start, loads.shear_tension)
                 for way, start in zip((1.0, -1.0), starts, strict=True)
             )
@@ -190,8 +191,8 @@ def shear(
                 raise
             end = f"beyond it no rest was found ({error})"
             break
-        both.append(pair)
-        strain, starts = pair[0].strain[:2], list(pair)
+        both.append((ahead, back))
+        strain, starts = ahead.strain[:2], (ahead, back)
         say((number + 1) / len(angles))
     return _curve(model, angles[: len(both)], both, end)
 

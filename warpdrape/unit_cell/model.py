@@ -8,6 +8,7 @@ n unit cells of one crossover each.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from warpdrape.unit_cell.cell import SECTIONS, UnitCell
 from warpdrape.unit_cell.path import woven_height
 from warpdrape.unit_cell.splines import spline_basis, spline_value, through
 
+Scalar = Any
+"""A number: a float, or complex where a derivative is taken by a complex step."""
 GAUSS = 4
 """Points of an element, along a yarn."""
 
@@ -102,7 +105,7 @@ def build_model(cell: UnitCell, elements: int = 8, points: int = 9) -> Model:
 
 
 def patch_places(
-    model: Model, half_warp: complex, half_weft: complex
+    model: Model, half_warp: Scalar, half_weft: Scalar
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the patches' points are on the repeats of warp and weft [m], shape [crossover, q].
 
@@ -113,7 +116,7 @@ def patch_places(
     """
     weave, lengths = model.cell.weave, model.cell.cell
     numbers = np.arange(weave.repeat)
-    offsets = np.array([weave.weft_offset(j) for j in numbers])
+    offsets = np.array([weave.weft_offset(int(j)) for j in numbers])
     return (
         lengths[0] * numbers[:, None] + half_warp * model.grid,
         half_weft * model.grid - lengths[1] * offsets[:, None],
@@ -121,7 +124,7 @@ def patch_places(
 
 
 def middle_distances(
-    model: Model, state: np.ndarray, half_warp: complex, half_weft: complex
+    model: Model, state: np.ndarray, half_warp: Scalar, half_weft: Scalar
 ) -> np.ndarray:
     """From middle line to middle line over the patches [m], shape [crossover, q, q].
 
@@ -166,7 +169,7 @@ def _yarn(cell: UnitCell, family: int, elements: int) -> Yarn:
     )
 
 
-def stretches(strain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def stretches(strain: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Stretch along warp and weft, sine and cosine of the angle between them.
 
     Args:

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from warpdrape.defects.wrinkle_field import vertex_normals
 from warpdrape.results.figures import Figure
-from warpdrape.results.raster import Camera, find_visible, vertex_normals
+from warpdrape.results.raster import Camera, find_visible
 from warpdrape.results.run_folder import write_whole
 from warpdrape.unit_cell.cell import SECTIONS
 from warpdrape.unit_cell.cell_file import Plan

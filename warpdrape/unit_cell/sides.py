@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdrape.unit_cell.model import Model, stretches
+from warpdrape.unit_cell.model import Model, Scalar, stretches
 from warpdrape.unit_cell.splines import spline_basis, spline_value
 
 
-def distance(model: Model, family: int, strain: np.ndarray) -> complex:
+def distance(model: Model, family: int, strain: np.ndarray) -> Scalar:
     """D between the middle lines of neighbours [m]."""
     along, across, sine, _ = stretches(strain)
     return model.cell.spacing[family] * (across, along)[family] * sine
@@ -30,12 +30,12 @@ def neighbour_places(model: Model, family: int, strain: np.ndarray) -> np.ndarra
     return model.yarns[family].places - moved - model.cell.spacing[family] * cosine * other / own
 
 
-def width(model: Model, family: int, strain: np.ndarray) -> complex:
+def width(model: Model, family: int, strain: np.ndarray) -> Scalar:
     """Of a yarn as it is squeezed [m]."""
     return model.cell.width[family] * (1.0 - strain[3 + family])
 
 
-def narrowing_energy(model: Model, family: int, strain: np.ndarray) -> complex:
+def narrowing_energy(model: Model, family: int, strain: np.ndarray) -> Scalar:
     """Energy of one repeat of a yarn that is squeezed to its width [J].
 
     One that would get wider resists as at the start of being squeezed.
@@ -54,7 +54,7 @@ def _above(model: Model, family: int, path: np.ndarray, strain: np.ndarray) -> n
     return spline_value(path, yarn.places, yarn.step) - spline_value(path, beside, yarn.step)
 
 
-def side_energy(model: Model, family: int, path: np.ndarray, strain: np.ndarray) -> complex:
+def side_energy(model: Model, family: int, path: np.ndarray, strain: np.ndarray) -> Scalar:
     """Energy of one repeat of a yarn with its neighbours [J]."""
     apart = distance(model, family, strain) / width(model, family, strain)
     if np.real(apart) >= 1.0:

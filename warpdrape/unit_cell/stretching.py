@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdrape.unit_cell.model import Yarn
+from warpdrape.unit_cell.model import Scalar, Yarn
 
 
-def yarn_strain(yarn: Yarn, path: np.ndarray, stretch: complex) -> complex:
+def yarn_strain(yarn: Yarn, path: np.ndarray, stretch: Scalar) -> Scalar:
     """Strain of the yarn itself [-], over its length as woven."""
     root = np.sqrt(stretch**2 + (yarn.slopes @ path) ** 2)
     return yarn.weights @ root / yarn.rest_length - 1.0
 
 
-def yarn_energy(yarn: Yarn, path: np.ndarray, stretch: complex) -> complex:
+def yarn_energy(yarn: Yarn, path: np.ndarray, stretch: Scalar) -> Scalar:
     """Energy of one repeat of a yarn [J].
 
     Args:
