@@ -1,5 +1,6 @@
 """What the tests of studies share: a study of tiny runs, made-up tables, a quick cluster."""
 
+import signal
 from pathlib import Path
 
 from warpdrape.studies.one_run import COMPLETED
@@ -33,6 +34,11 @@ SETTINGS = (
     "travel=0.02",
 )
 """Of its second run."""
+
+
+def hears_ctrl_c() -> None:
+    """For ``preexec_fn``: a process that is begun by one in the background hears none by itself."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def write_study(folder: Path, text: str = TINY, name: str = "tiny") -> Path:

@@ -221,6 +221,36 @@ def test_tables_that_cannot_be_read_in_one_way(text, words, tmp_path):
     assert words in str(error.value)
 
 
+@pytest.mark.parametrize(("mark", "other"), [(",", "."), (".", ",")])
+def test_thousands_are_not_taken_for_decimals(tmp_path, mark, other):
+    """998 N, then 1,002 N: the advice is followed, and the curve goes on."""
+    text = f"travel [mm];force [N]\n1;500\n2;998\n3;1{mark}002\n4;1{mark}500\n"
+    path = table(tmp_path, text)
+    words = (
+        f'say decimal = "{other}" of the test if that is 1002, decimal = "{mark}" if it is 1.002'
+    )
+    with pytest.raises(InputError) as error:
+        read_table(path, wanted())
+    assert words in str(error.value)
+    (specimen,) = read_table(path, wanted(decimal=other))
+    np.testing.assert_allclose(specimen.columns["force"], [500.0, 998.0, 1002.0, 1500.0])
+    settled = text.replace("1;", f"0{mark}5;", 1)  # a decimal mark elsewhere leaves no doubt
+    (specimen,) = read_table(table(tmp_path, settled), wanted())
+    assert specimen.columns["force"][2] == 1.002
+    small = text.replace("500\n2;998", "5\n2;9", 1)  # no hundreds: nothing comes near a thousand
+    (specimen,) = read_table(table(tmp_path, small), wanted())
+    assert specimen.columns["force"][2] == 1.002
+    few = text.replace("500\n2;998", f"0{mark}998\n2;0{mark}999", 1)
+    (specimen,) = read_table(table(tmp_path, few), wanted())
+    assert specimen.columns["force"][2] == 1.002
+
+
+def test_quoted_thousands_between_commas_are_no_doubt(tmp_path):
+    path = table(tmp_path, 'travel [mm],force [N]\n1,500\n2,998\n3,"1,002"\n4,"1,500"\n')
+    (specimen,) = read_table(path, wanted())
+    np.testing.assert_allclose(specimen.columns["force"], [500.0, 998.0, 1002.0, 1500.0])
+
+
 def test_files_that_are_no_text(tmp_path):
     path = tmp_path / "book.csv"
     path.write_bytes(b"PK\x03\x04\x00\x00\x00")

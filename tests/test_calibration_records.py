@@ -55,6 +55,33 @@ def test_toe_empty_machine_sign_and_unloading():
     assert loading_curve(test, test.specimens[0]).raw_force[0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_machine_gives_way_to_the_force_of_the_empty_frame_too():
+    angle = np.radians(np.linspace(0.0, 50.0, 400))
+    travel, force = frame_travel(0.2, angle), frame_force(CLOTH, 0.2, angle)
+    give, rubbing, tare = 5e-5, 20.0, 1.5
+    recorded = travel + give * (force + rubbing)
+    values = {"side": 0.2, "compliance": give, "tare": tare}
+    empty = Specimen("e", "e.csv", {"travel": np.array([0.0, 0.2]), "force": np.full(2, rubbing)})
+    columns = {"travel": recorded, "force": force + rubbing + tare}
+    test = pulled("picture_frame", columns, values=values, empty=empty)
+    curve = loading_curve(test, test.specimens[0])
+    np.testing.assert_allclose(curve.force[3:], frame_force(CLOTH, 0.2, curve.at[3:]), rtol=2e-3)
+
+
+@pytest.mark.parametrize("signs", [(1, -1), (-1, 1), (-1, -1)])
+def test_whichever_way_the_machine_counts(signs):
+    angle = np.radians(np.linspace(0.0, 50.0, 400))
+    travel, force = frame_travel(0.2, angle), frame_force(CLOTH, 0.2, angle)
+    columns = {"travel": signs[0] * travel, "force": signs[1] * force}
+    turned, plain = (
+        pulled("picture_frame", c, values={"side": 0.2})
+        for c in (columns, {"travel": travel, "force": force})
+    )
+    found = loading_curve(turned, turned.specimens[0])
+    np.testing.assert_array_equal(found.force, loading_curve(plain, plain.specimens[0]).force)
+    assert "pulling was negative" in found.steps[0]
+
+
 @pytest.mark.parametrize(
     ("kind", "columns", "values", "words"),
     [

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 from resume_checks import assert_same_folder, timeless
-from study_checks import SETTINGS, TINY, write_study
+from study_checks import SETTINGS, TINY, hears_ctrl_c, write_study
 
 from warpdrape import cli
 from warpdrape.commands.scene_library import find_script
@@ -388,6 +388,7 @@ def test_a_study_that_is_killed_goes_on(how, kill, tmp_path):
         text=True,
         env=ENVIRONMENT,
         start_new_session=True,
+        preexec_fn=hears_ctrl_c if os.name == "posix" else None,
     )
     worker = _at_work(out / "runs" / "00000", psutil.Process(process.pid))
     kill(process.pid, how)

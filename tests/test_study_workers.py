@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import psutil
 import pytest
 import warp as wp
+from study_checks import hears_ctrl_c
 
 from warpdrape.errors import RunFailed
 from warpdrape.studies import cluster, forked
@@ -79,6 +80,7 @@ def started(place: Path, *arguments: str, stay: float = 0.0) -> subprocess.Popen
         text=True,
         env={**ENVIRONMENT, "STAY": str(stay), "TMPDIR": str(place)},
         start_new_session=True,
+        preexec_fn=hears_ctrl_c if os.name == "posix" else None,
     )
 
 

@@ -62,8 +62,9 @@ def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
     travel = _travel(test, columns)
     force = np.array(columns["force"], dtype=float)
     steps: list[str] = []
-    if force[np.argmax(np.abs(force))] < 0.0:
-        force, travel = -force, travel if travel[np.argmax(np.abs(travel))] > 0.0 else -travel
+    turned = [_largest(force) < 0.0, _largest(travel) < 0.0]
+    if any(turned):
+        force, travel = -force if turned[0] else force, -travel if turned[1] else travel
         steps.append("signs turned: pulling was negative")
     travel, force = _less_machine(test, travel, force, steps)
     travel, force = _from_preload(specimen, values, travel, force, steps)
@@ -85,6 +86,11 @@ def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
         )
     binned = in_bins(at, force)
     return LoadingCurve(specimen.name, *binned, at, force, failed_at, tuple(steps), specimen.weight)
+
+
+def _largest(values: np.ndarray) -> float:
+    """The value farthest from zero, with its sign."""
+    return float(values[np.argmax(np.abs(values))])
 
 
 def in_bins(at: np.ndarray, values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray]:
@@ -117,6 +123,7 @@ def _less_machine(
     """Take off the empty machine's force, the tare, and what the machine itself gave way."""
     values: Mapping[str, Any] = test.values
     by_travel = "travel" in test.specimens[0].columns
+    recorded = force - values.get("tare", 0.0)  # the machine gives way to all that it pulls
     if test.empty is not None:
         empty = test.empty.columns
         where = next(r for r in ("travel", "strain", "angle") if r in empty)
@@ -135,7 +142,7 @@ def _less_machine(
                 f"tests.{test.name}: compliance corrects a travel, and the table has none: leave "
                 "it out"
             )
-        travel = travel - values["compliance"] * force
+        travel = travel - values["compliance"] * recorded
         steps.append(f"machine's compliance {1e3 * values['compliance']:.3g} mm/N taken off")
     return travel, force
 

@@ -6,6 +6,7 @@ import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 from warpdrape.errors import InputError
@@ -24,6 +25,8 @@ _THOUSANDS = {
     ".": re.compile(r"[-+]?\d{1,3}(?:,\d{3})+(?:\.\d*)?"),
     ",": re.compile(r"[-+]?\d{1,3}(?:[.' ]\d{3})+(?:,\d*)?"),
 }
+_HUNDREDS = re.compile(r"[-+]?[1-9]\d\d")
+_GROUPED = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}[{mark}]\d{{3}}") for mark in ",."}
 
 
 @dataclass(frozen=True)
@@ -164,10 +167,12 @@ def _decimal(name: str, rows: list[list[str]], delimiter: str) -> str:
     commas = [c for c in cells if "," in c and read_number(c, ",") is not None]
     points = [c for c in cells if "." in c and read_number(c, ".") is not None]
     if not commas:
+        _refuse_grouped(name, data, points, ".")
         return "."
     if not points:
         if delimiter == "," and all(_THOUSANDS["."].fullmatch(c) for c in commas):
             return "."
+        _refuse_grouped(name, data, commas, ",")
         return ","
     only_comma = [c for c in commas if read_number(c, ".") is None]
     only_point = [c for c in points if read_number(c, ",") is None]
@@ -180,3 +185,24 @@ def _decimal(name: str, rows: list[list[str]], delimiter: str) -> str:
         f"points ({(only_point or points)[0]}): export it with one, or say decimal = "
         '"," of the test'
     )
+
+
+def _refuse_grouped(name: str, data: list[list[str]], marked: list[str], mark: str) -> None:
+    """Raise `InputError` for a column such as 998, 1,002: a thousand and two, or one and a bit.
+
+    Where every mark of the table stands before three digits, and whole numbers of three digits are
+    above or below one, it marks thousands most likely: taken for the decimal mark the curve would
+    fall to a thousandth where it passes 1000.
+    """
+    if not marked or not all(_GROUPED[mark].fullmatch(cell) for cell in marked):
+        return
+    for column in zip_longest(*data, fillvalue=""):
+        whole = [c for c in column if _HUNDREDS.fullmatch(c)]
+        beside = [c for c in column if mark in c]
+        if whole and beside:
+            other = "," if mark == "." else "."
+            raise InputError(
+                f"{name} has {whole[0]} and {beside[0]} in one column: say decimal = "
+                f'"{other}" of the test if that is {beside[0].replace(mark, "")}, decimal = '
+                f'"{mark}" if it is {beside[0].replace(mark, ".")}'
+            )
