@@ -125,16 +125,23 @@ def held_together(bending: Bending, in_plane: float) -> BendingCurve:
 
 def done(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> dict[str, float]:
     """A run's figures: from a file of an earlier one, or from a run."""
-    asked = json.dumps([kind, MESHES[kind], cells, parameters], sort_keys=True)
-    path = runs / f"{hashlib.sha1(asked.encode()).hexdigest()[:12]}.json"
-    if not path.exists():
-        runs.mkdir(parents=True, exist_ok=True)
-        found = run_here(kind, cells, parameters, path.with_suffix(".npz"))
-        path.write_text(json.dumps({"asked": asked, **found}) + "\n", encoding="utf-8")
-    found = json.loads(path.read_text(encoding="utf-8"))
-    with np.load(path.with_suffix(".npz")) as formed:
+    path = kept(kind, cells, parameters, runs)
+    found = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    with np.load(path) as formed:
         found["zigzag"] = zigzag(formed["rest_points"], formed["points"])
     return found
+
+
+def kept(kind: str, cells: int, parameters: Mapping[str, Any], runs: Path) -> Path:
+    """The file of a formed ply's ``FIELDS``, its figures beside it; the run is made if need be."""
+    asked = json.dumps([kind, MESHES[kind], cells, parameters], sort_keys=True)
+    path = runs / f"{hashlib.sha1(asked.encode()).hexdigest()[:12]}.npz"
+    if not path.with_suffix(".json").exists():
+        runs.mkdir(parents=True, exist_ok=True)
+        found = run_here(kind, cells, parameters, path)
+        text = json.dumps({"asked": asked, **found}) + "\n"
+        path.with_suffix(".json").write_text(text, encoding="utf-8")
+    return path
 
 
 def zigzag(flat: np.ndarray, points: np.ndarray, size: float = SIZE) -> float:
@@ -182,10 +189,8 @@ def main() -> int:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--runs", type=Path, default=Path("mesh_runs"), help="folder of runs")
     chosen = parser.parse_args()
-    given = dict(pair.split("=", 1) for pair in chosen.set)
-    given = {name: _read(value) for name, value in given.items()}
     for angle in chosen.angles:
-        parameters = {"angle_deg": angle, **given}
+        parameters = {"angle_deg": angle, **given(chosen.set)}
         table: dict[int, dict[str, dict[str, float]]] = {}
         for cells in chosen.cells:
             table[cells] = {}
@@ -195,6 +200,11 @@ def main() -> int:
                 print(f"{angle:g}°, {cells}, {kind}: {cell(row)}; zigzag {row['zigzag']:.2f} mm")
         print(markdown(angle, table), flush=True)
     return 0
+
+
+def given(pairs: Sequence[str]) -> dict[str, Any]:
+    """What ``--set NAME=VALUE`` says, numbers as numbers."""
+    return {name: _read(value) for name, value in (pair.split("=", 1) for pair in pairs)}
 
 
 def _read(text: str) -> Any:

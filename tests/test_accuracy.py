@@ -1,12 +1,14 @@
 """Accuracy as a choice: what it sets, that the run says what it cost, and that this is true."""
 
-import importlib.util
 import inspect
+import json
 import math
 import sys
 from dataclasses import replace
 from html import escape
+from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -46,6 +48,7 @@ PRESSES = (
     tetrahedron,
     three_ply_hemisphere,
 )
+PARTS = ("ways", "one_run", "errors", "picture", "table")
 STANDARD = Numerics(yarn_softening=36.0, contact_share=0.1, search_slide=1e-4)
 MEASURES = {
     "status": "completed",
@@ -275,17 +278,19 @@ def test_softer_yarns_and_contacts_cost_no_more_than_is_said():
 
 @pytest.fixture(scope="module")
 def bench():
-    """The benchmark's module."""
-    path = Path(__file__).parents[1] / "bench" / "accuracy.py"
-    spec = importlib.util.spec_from_file_location("bench_accuracy", path)
-    module = importlib.util.module_from_spec(spec)
+    """The benchmark's modules, for this file only."""
+    folder, before = Path(__file__).parents[1] / "bench" / "accuracy", set(sys.modules)
+    sys.path.insert(0, str(folder))
+    try:
+        yield SimpleNamespace(**{name: import_module(name) for name in PARTS})
+    finally:
+        sys.path.remove(str(folder))
+        for name in set(sys.modules) - before:
+            if str(getattr(sys.modules[name], "__file__", "")).startswith(str(folder)):
+                del sys.modules[name]
 
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
-
-def made_up(bench, p95=40.0, drawn=10.0, force=100.0, seconds=2.0):
+def made_up(p95=40.0, drawn=10.0, force=100.0, seconds=2.0):
     """Figures of a run whose punch meets a force that rises with its way."""
     way = np.minimum(np.arange(61) / 50.0, 1.0) * 0.075
     return {
@@ -304,9 +309,9 @@ def made_up(bench, p95=40.0, drawn=10.0, force=100.0, seconds=2.0):
 
 
 def test_the_benchmark_takes_errors_of_means_and_scatter_of_runs(bench):
-    exact = [made_up(bench, 40.0), made_up(bench, 40.2)]
-    runs = [made_up(bench, 40.5, 10.4, 110.0, 1.0), made_up(bench, 40.1, 10.6, 110.0, 3.0)]
-    row = bench.row_of("hemisphere_0", "some", runs, exact, 4.0)
+    exact = [made_up(40.0), made_up(40.2)]
+    runs = [made_up(40.5, 10.4, 110.0, 1.0), made_up(40.1, 10.6, 110.0, 3.0)]
+    row = bench.errors.row_of("hemisphere_0", "some", runs, exact, 4.0)
     assert row.p95_deg == pytest.approx(0.2) and row.largest_deg == pytest.approx(0.2)
     assert row.draw_in_mm == pytest.approx(0.5)
     assert (row.scatter_deg, row.scatter_mm) == pytest.approx((0.4, 0.2))
@@ -315,24 +320,68 @@ def test_the_benchmark_takes_errors_of_means_and_scatter_of_runs(bench):
     middles = (np.arange(20) + 0.5) / 20.0
     over = np.sqrt(np.mean((0.1 * middles) ** 2)) / middles[-1]
     assert row.force == pytest.approx(over, rel=1e-3)
-    lines = bench.markdown([row]).splitlines()
+    lines = bench.errors.markdown([row]).splitlines()
     assert len({line.count("|") for line in lines}) == 1 and "0.20°" in lines[-1]
 
 
 def test_the_benchmark_compares_forces_at_the_same_place(bench):
     """A punch that goes half as fast meets the same force on its way."""
-    quick, slow = made_up(bench), made_up(bench)
+    quick, slow = made_up(), made_up()
     way = np.minimum(np.arange(61) / 30.0, 1.0) * 0.075
     slow |= {"way": way.tolist(), "force": (100.0 * way / 0.075).tolist()}
-    end, over = bench.force_errors([slow], [quick])
+    end, over = bench.errors.force_errors([slow], [quick])
     assert end == pytest.approx(0.0, abs=1e-9) and over < 1e-6
 
 
 def test_the_benchmark_runs_a_case_and_keeps_it(bench, tmp_path, monkeypatch):
-    monkeypatch.setitem(bench.CASES, "small", ("hemisphere", {"cells": 4, "duration": 0.004}))
-    found = bench.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 1)
+    monkeypatch.setitem(bench.ways.CASES, "small", ("hemisphere", {"cells": 4, "duration": 0.004}))
+    found = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 1)
     assert found["seconds"] > 0.0 and found["steps"] > 100 and found["strain"] > 0.0
-    assert len(found["force"]) == bench.FRAMES + 1 and len(found["p95"]) == 1
-    again = bench.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 2)
+    assert len(found["force"]) == bench.one_run.FRAMES + 1 and len(found["p95"]) == 1
+    again = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 2)
     assert again["force"] != found["force"]  # another rounding
     np.testing.assert_allclose(again["p95"], found["p95"], atol=0.01)
+
+
+def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
+    bench, tmp_path, monkeypatch, capsys
+):
+    """Runs are made up: those that are not exact are off by half a degree and half as long."""
+    asked = []
+
+    def run(command, **_):
+        case, _, changes, number = json.loads(command[-1])
+        asked.append((case, number))
+        exact = changes == bench.ways.reference_of(case)
+        found = made_up(40.0, seconds=4.0) if exact else made_up(40.5, seconds=2.0)
+        return SimpleNamespace(returncode=0, stdout=f"noise\n{json.dumps(found)}\n", stderr="")
+
+    monkeypatch.setattr(bench.one_run.subprocess, "run", run)
+    main, out = bench.table.main, tmp_path / "rows.json"
+    ask = ["--cases", "hemisphere_0", "circular_table", "--ways", "standard", "draft"]
+    ask += ["--runs", str(tmp_path / "runs"), "--out", str(out), "--references", "1"]
+    assert main([*ask, "--plot", str(tmp_path / "errors.png")]) == 0
+    assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+    rows = json.loads(out.read_text("utf-8"))
+    # A drape has no accuracy: its second way would be the first again.
+    assert [(row["case"], row["way"], row["runs"]) for row in rows] == [
+        ("hemisphere_0", "standard", 2),
+        ("hemisphere_0", "draft", 2),
+        ("circular_table", "standard", 2),
+    ]
+    assert [row["ratio"] for row in rows] == [0.5] * 3
+    assert [row["p95_deg"] for row in rows] == pytest.approx([0.5] * 3)
+    assert sorted(asked) == sorted(
+        [("hemisphere_0", n) for n in (0, 0, 1, 0, 1)] + [("circular_table", n) for n in (0, 0, 1)]
+    )
+    table = capsys.readouterr().out
+    assert table.count("| hemisphere_0 | draft |") == 2  # as it is known, and in the table
+    assert main(ask) == 0 and len(asked) == 8
+
+
+def test_a_way_that_fails_is_told(bench, tmp_path, monkeypatch):
+    failed = SimpleNamespace(returncode=1, stdout="", stderr="Traceback\nhemisphere_0: blew up\n")
+    monkeypatch.setattr(bench.one_run.subprocess, "run", lambda *_, **__: failed)
+    with pytest.raises(SystemExit, match="hemisphere_0: blew up"):
+        bench.one_run.done("hemisphere_0", {}, 0, tmp_path)
+    assert not list(tmp_path.iterdir())

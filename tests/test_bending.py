@@ -17,7 +17,8 @@ from warpdrape.dynamics.partition import launches_of, shares
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError
 from warpdrape.forces.bending import Bendings, frequencies
-from warpdrape.forces.curvature import curvature_operator, vertex_gradients
+from warpdrape.forces.curvature import curvature_operator
+from warpdrape.forces.vertex_gradients import vertex_gradients
 from warpdrape.materials.fabric_library import load_fabric, with_bending
 from warpdrape.materials.laws import LinearTension
 
@@ -97,6 +98,24 @@ def test_gradients_at_vertices_are_exact_on_quadratics_and_near_on_cubics(mesh):
         cubic = np.stack([g @ (x**3 + x * y * y) for g in along])
         errors.append(np.abs(cubic - [3 * x * x + y * y, 2 * x * y]).max())
     assert math.log2(errors[0] / errors[1]) > 1.5  # second order
+
+
+@pytest.mark.parametrize("mesh", ["diagonal", "grid"])
+@pytest.mark.parametrize("turn", [0.0, 0.4])
+def test_a_strip_one_square_wide_is_flat_at_rest_and_bends_along(mesh, turn):
+    """Its vertices do not see every quadratic: what they do not see must not spoil the rest."""
+    flat = mesh_outline(Rectangle(0.1, 0.012), edge=0.011, pattern=mesh)
+    if mesh == "diagonal":
+        assert set(np.round(np.abs(flat.vertices[:, 1]), 9)) == {0.006}
+    turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    points, triangles = np.asarray(flat.vertices) @ turned.T, np.asarray(flat.triangles)
+    rows = curvature_operator(points, triangles, tuple(turned.T)).rows
+    for axis in (0, 1):
+        assert np.abs(rows @ points[:, axis]).max() < 1e-10  # of 20 with a fit of least norm
+    inner = np.abs(flat.vertices[triangles, 0]).max(axis=1) < 0.035
+    found = (rows @ (0.5 * (points @ turned[:, 0]) ** 2)).reshape(-1, 3)[inner, 0]
+    assert len(found) > 8
+    np.testing.assert_allclose(found, 1.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("mesh", MESHES)

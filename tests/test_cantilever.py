@@ -21,6 +21,12 @@ def test_flexural_length_is_recovered(family):
     assert found["bending_stiffness_n_m"] == pytest.approx(getattr(stiffness, family), rel=0.03)
 
 
+def test_a_strip_one_square_wide_hangs_too():
+    found = cantilever.build(cells=8, mesh="diagonal").run(frames=2, threads=1)
+    assert found.completed, found.summary["message"]
+    assert found.summary["cantilever"]["chord_angle_deg"] == pytest.approx(41.5, abs=3.0)  # h = L/8
+
+
 def test_a_strip_of_no_stiffness_is_refused(monkeypatch):
     cloth = replace(load_fabric("carbon_interlock"), bending=Bending(warp=1e-3, weft=0.0))
     monkeypatch.setattr(cantilever, "with_bending", lambda fabric, bending: cloth)

@@ -18,11 +18,13 @@ from warpdrape.commands.comparing import read_approaches, run_one
 from warpdrape.commands.finished import what_differs
 from warpdrape.commands.scene_library import find_script
 from warpdrape.defects.limits import Limits
+from warpdrape.defects.thresholds import DefectThresholds
 from warpdrape.errors import RunFailed
 from warpdrape.results.read_run import read_run
 from warpdrape.results.result import FormedPly
+from warpdrape.results.run_folder import as_json
 from warpdrape.results.run_record import run_record
-from warpdrape.results.same_scene import _OF_SCENE
+from warpdrape.results.same_scene import _OF_SCENE, scene_difference
 from warpdrape.results.shear_difference import shear_difference
 from warpdrape.scenes import hemisphere
 from warpdrape.stops import asked_to_end
@@ -183,7 +185,14 @@ def blunt(tool):
     [
         (lambda scene: {}, ""),
         (lambda scene: {"limits": Limits(shear_deg=40.0)}, "a run with other limits"),
-        (lambda scene: {"self_contact": False}, "a run with other self"),
+        (
+            lambda scene: {"self_contact": False},
+            "a run with other contact of plies with themselves",
+        ),
+        (
+            lambda scene: {"defects": DefectThresholds(bridge_gap=3.0)},
+            "a run with other thresholds of defects",
+        ),
         (lambda scene: {"plies": [bent(scene.plies[0])]}, "a run with other plies"),
         (
             lambda scene: {"plies": [dataclasses.replace(scene.plies[0], warp_angle=0.1)]},
@@ -200,6 +209,47 @@ def test_a_run_of_a_scene_that_differs_in_one_thing(folder, change, words):
     scene = find_script("hemisphere").make(["cells=6", "duration=0.005"])
     scene = dataclasses.replace(scene, **change(scene))
     assert what_differs(folder / "semi_discrete", scene, frames=3, device="cpu") == words
+
+
+def changed(ply, **entries):
+    """A record's ply with other entries; without those that are given as gone."""
+    return {name: value for name, value in {**ply, **entries}.items() if value != "gone"}
+
+
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        ({}, ""),
+        (
+            {"stabiliser_n_m": [3.0, 4.5]},
+            "a run with a stabiliser of 3 to 4.5 N/m on ply ply_0, not ",
+        ),
+        ({"stabiliser_n_m": [3.0, 3.0]}, "a run with a stabiliser of 3 N/m on ply ply_0, not "),
+        ({"stabiliser_n_m": "gone"}, "a run of before its stabiliser was written down, "),
+        ({"stabiliser_n_m": "gone", "warp_angle_deg": 9.0}, "a run with other plies"),
+    ],
+)
+def test_a_stabiliser_has_its_own_words(entries, words):
+    """What holds pairs of triangles together is none of a ply's own, and was not always said."""
+    scene = hemisphere.build(cells=6)
+    record = as_json(run_record(scene, None, 1, 1), "run")
+    (ply,) = record["plies"]
+    found = scene_difference(record | {"plies": [changed(ply, **entries)]}, scene)
+    assert found.startswith(words) and bool(found) == bool(words)
+    if words.endswith("not "):
+        own = dict.fromkeys(f"{each:.6g}" for each in ply["stabiliser_n_m"])
+        assert found == f"{words}{' to '.join(own)} N/m"
+
+
+def test_a_ply_without_a_stabiliser_is_told_from_one_with():
+    yarns = hemisphere.build(cells=6, approach="yarns")
+    record = as_json(run_record(hemisphere.build(cells=6), None, 1, 1), "run")
+    assert scene_difference(record, yarns) == "a run with other approach"
+    (ply,) = record["plies"]
+    found = scene_difference(
+        {**as_json(run_record(yarns, None, 1, 1), "run"), "plies": [ply]}, yarns
+    )
+    assert found.startswith("a run with a stabiliser of ") and found.endswith(", not none")
 
 
 def test_whatever_the_record_has_of_a_scene_is_compared():
@@ -238,9 +288,9 @@ def test_no_comparison_stays_that_is_of_other_runs(copied, monkeypatch):
     [
         ("run.json", ('"warpdrape": "', '"warpdrape": "9.'), "a run of version 9."),
         ("run.json", ('"digest": ""', '"digest": "x"'), "a run of another script"),
-        ("run.json", ('"safety": 0.9', '"safety": 0.5'), "a run with other numerics"),
+        ("run.json", ('"safety": 0.9', '"safety": 0.5'), "a run with safety = 0.5, not 0.9"),
         ("run.json", ('"cell_warp"', '"cell"'), "a run with other fabrics"),
-        ("run.json", ('"device"', '"where"'), "a damaged run"),
+        ("run.json", ('"device"', '"where"'), "run.json has no usable device: it is of"),
         ("summary.json", ('"completed"', '"failed"'), "a run that failed"),
     ],
 )

@@ -11,7 +11,6 @@ from resume_checks import ELASTIC, STIFF
 from warpdrape import Ply, Scene, lay_up
 from warpdrape.contact.edge_contact import EdgeContact
 from warpdrape.contact.law import step_share
-from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.dynamics import energy, interactions, stepping
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.partition import shares
@@ -19,6 +18,7 @@ from warpdrape.interaction import bodies_of
 from warpdrape.materials.bending import Bending
 from warpdrape.numerics import Numerics
 from warpdrape.state import all_arrays
+from warpdrape.timing import ASK_EVERY
 
 SIDE = 5e-3
 LIMP = dataclasses.replace(ELASTIC, bending=Bending(warp=1e-7, weft=1e-7))

@@ -10,10 +10,9 @@ from law_checks import PLAIN, SPACING, crimp_table, fabric
 from test_membrane import CURVE, INTERLOCK, STIFF, blank, shaken
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import highest_frequency_squared
+from warpdrape.blanks.triangles import flat_gradients, highest_frequency_squared
 from warpdrape.forces import fibre_frame, green_naghdi
 from warpdrape.forces.hypoelastic import build_stressed
-from warpdrape.forces.membrane import flat_gradients
 from warpdrape.kernels.forces.objective_rates import fibre_rows, polar_rows
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_curves import sample_couples, sample_tensions

@@ -5,12 +5,16 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "warpdrape"
+KERNELS = PACKAGE.parent / "kernels"
 
 
 def modules():
     """File of every module of the package by its dotted name."""
-    files = (file.relative_to(PACKAGE.parent) for file in PACKAGE.rglob("*.py"))
-    return {".".join(file.with_suffix("").parts): PACKAGE.parent / file for file in files}
+    found = {}
+    for root, head in ((PACKAGE, "warpdrape"), (KERNELS, "warpdrape.kernels")):
+        for file in root.rglob("*.py"):
+            found[".".join((head, *file.relative_to(root).with_suffix("").parts))] = file
+    return found
 
 
 def imported(file, known):
@@ -61,16 +65,46 @@ def test_a_circle_would_be_seen(tmp_path):
         TopologicalSorter(edges).prepare()
 
 
-def test_the_step_loop_the_balance_and_the_summary_know_no_force_by_name():
+def named_by(edges, names):
+    """Forces, contacts and kernels of theirs that modules import."""
+    rooms = ("forces", "contact")
+    inner = {f"warpdrape.{r}" for r in rooms} | {f"warpdrape.kernels.{r}" for r in rooms}
+    return {
+        (name, other)
+        for name in names
+        for other in edges[name]
+        if any(other == each or other.startswith(f"{each}.") for each in inner)
+    }
+
+
+LISTED = "warpdrape.dynamics.interactions"
+"""Where forces and contacts are listed."""
+
+
+def test_steps_balance_time_step_and_summary_know_no_force_or_contact_by_name():
     """They ask a tuple of them; a list of names stands in `interactions` alone."""
     edges = graph()
-    forces = {name for name in edges if room(name) == "warpdrape.forces"}
-    blind = [
-        f"warpdrape.dynamics.{name}"
-        for name in ("stepping", "integration", "partition", "crew", "energy", "moving_arrays")
-    ]
-    blind += ["warpdrape.interaction", "warpdrape.state", "warpdrape.recorder"]
-    blind += ["warpdrape.results.summary", "warpdrape.results.history", "warpdrape.restart"]
-    for name in blind:
-        assert not edges[name] & forces, name
-    assert len(edges["warpdrape.dynamics.interactions"] & forces) > 8
+    blind = [name for name in edges if room(name) == "warpdrape.dynamics" and name != LISTED]
+    assert len(blind) > 15
+    blind += ["warpdrape.interaction", "warpdrape.recorder"]
+    blind += ["warpdrape.results.summary", "warpdrape.results.history", "warpdrape.growth"]
+    assert named_by(edges, blind) == set()
+    for name, other in named_by(edges, ["warpdrape.state", "warpdrape.restart"]):
+        assert ".forces" not in other, name
+    assert len(named_by(edges, [LISTED])) > 15
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from warpdrape.contact.law import step_share",
+        "from warpdrape.contact import law",
+        "from warpdrape.forces import bending",
+        "from warpdrape.kernels.forces.bending import Rows",
+    ],
+)
+def test_a_force_or_contact_named_in_the_step_loop_would_be_seen(line, tmp_path):
+    step = tmp_path / "stepping.py"
+    step.write_text(f"def f():\n    {line}\n")
+    edges = {"stepping": imported(step, set(modules()))}
+    assert named_by(edges, ["stepping"])

@@ -143,6 +143,30 @@ def test_where_no_slope_is_to_be_trusted_it_says_so_and_ends(tmp_path, formula, 
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("aim", "limits", "words", "sign"),
+    [
+        ('minimise = "f"', "f = { most = 9 }\nup = { least = 0.5 }", "up ≥ 0.5", 1.0),
+        ('minimise = "f"', "up = { least = 0.5, most = 7 }", "up ≤ 7", 1.0),
+        ('maximise = "down"', "f = { most = 9 }", "largest down", -1.0),
+    ],
+)
+def test_it_names_what_has_no_slope_as_its_file_does(tmp_path, aim, limits, words, sign):
+    """And by how much that measure goes, not what is made small for its sake."""
+
+    def stairs(values):
+        step = float(round(12.0 * float(values["x"])))
+        return bowl(values) | {"up": step, "down": -step}
+
+    text = GRADIENT.replace('g = "g"', 'up = "up"\ndown = "down"').replace('minimise = "f"', aim)
+    text += f"[optimise.constraints]\n{limits}\n"
+    with pytest.raises(InputError) as caught:
+        optimised(write_formulas(tmp_path, text), tmp_path / "o", stairs)
+    said = str(caught.value)
+    assert f"the measure of '{words}' changes with x by" in said
+    assert sign * float(said.split("changes with x by ")[1].split(" ")[0]) > 1.0
+
+
 def test_a_slope_that_matters_little_need_not_be_known(tmp_path):
     def formula(values):
         x, y = float(values["x"]), float(values["y"])

@@ -6,7 +6,6 @@ from law_checks import fabric
 from test_self_contact import THICKNESS, folded_patches, placed, zigzag
 
 from warpdrape import Numerics, Ply, Pressure, Scene, Stroke, Tool
-from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.contact.self_contact import SelfContact
 from warpdrape.contact.tool_contact import ToolContact
 from warpdrape.dynamics import stepping
@@ -14,6 +13,7 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.interaction import bodies_of
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.materials.laws import LinearTension, ShearPolynomial
+from warpdrape.timing import ASK_EVERY
 
 FILM = fabric(LinearTension(300.0, 300.0), ShearPolynomial((1e-4,)))
 WARNING = "a ply gained speed faster than contact with tool 'plate' looks ahead"

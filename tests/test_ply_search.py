@@ -11,14 +11,14 @@ from warpdrape.contact.adjacency import across_edges, border_bits
 from warpdrape.contact.law import near_reach
 from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.contact.ply_facets import build_facets
-from warpdrape.contact.ply_surfaces import ASK_EVERY, FADING, PUSH_OUT
+from warpdrape.contact.ply_surfaces import FADING, PUSH_OUT
 from warpdrape.dynamics import stepping
 from warpdrape.dynamics.energy import measure
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.numerics import Numerics
 from warpdrape.scenes import three_ply_hemisphere
 from warpdrape.state import copied
-from warpdrape.timing import peak_speed
+from warpdrape.timing import ASK_EVERY, peak_speed
 
 THICKNESS = 6e-4
 
@@ -189,7 +189,7 @@ def farthest_apart(one, other):
 def test_walking_forms_as_asking_does(monkeypatch):
     walked = small_press().run(frames=2)
     exact = small_press(numerics=Numerics(contact="exact")).run(frames=2)
-    monkeypatch.setattr(stepping, "ASK_EVERY", 1)
+    monkeypatch.setattr(stepping, "ask_every", lambda numerics: 1)
     asked = small_press().run(frames=2)
     assert all(np.abs(ply.points - ply.rest_points).max() > 3e-3 for ply in walked.plies)
     # Loose plies under a ball wander: with steps 0.6 % shorter they end 0.14 mm from "asked", and

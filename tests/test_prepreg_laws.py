@@ -68,7 +68,7 @@ def kernel_law(viscosity, cools=0):
 
 def stepped(ply, law, x, known, device, warmth=None):
     """Forces [N], and memory after a step, of triangles that remember (angle, couple)."""
-    from warpdrape.forces.membrane import flat_gradients
+    from warpdrape.blanks.triangles import flat_gradients
 
     gradients, areas = flat_gradients(ply)
     triangles = np.asarray(ply.mesh.triangles, dtype=np.int32)
@@ -94,7 +94,7 @@ def stepped(ply, law, x, known, device, warmth=None):
 
 
 def shear_angles(ply, x):
-    from warpdrape.forces.membrane import flat_gradients
+    from warpdrape.blanks.triangles import flat_gradients
 
     gradients, _ = flat_gradients(ply)
     a, b, c = (x[np.asarray(ply.mesh.triangles)[:, k]] for k in range(3))
@@ -131,7 +131,7 @@ def test_force_is_minus_the_gradient_of_the_potential_of_a_step(name, device):
     now, count = shear_angles(ply, x), len(ply.mesh.triangles)
     known = now - rng.uniform(-0.02, 0.02, count), rng.uniform(-40.0, 40.0, count)
     force, _ = stepped(ply, kernel_law(LAWS[name]), x, known, device)
-    from warpdrape.forces.membrane import flat_gradients
+    from warpdrape.blanks.triangles import flat_gradients
 
     _, areas = flat_gradients(ply)
 
@@ -179,7 +179,7 @@ def test_couple_is_the_slope_of_the_dissipation_at_the_rate(name, device):
     assert memory["couple"][0] == pytest.approx(slope, rel=1e-6)
     flowed = rate * TIME
     assert STIFFNESS * (0.01 - flowed) == pytest.approx(memory["couple"][0] - 15.0, rel=1e-9)
-    from warpdrape.forces.membrane import flat_gradients
+    from warpdrape.blanks.triangles import flat_gradients
 
     mean = 0.5 * (15.0 + memory["couple"][0])
     assert memory["lost"][0] == pytest.approx(flat_gradients(ply)[1][0] * mean * flowed, rel=1e-9)

@@ -13,7 +13,6 @@ from test_tool_features import TOOLS
 from test_tool_features import pressed as pricked
 
 import warpdrape as wd
-from warpdrape.contact import press_through
 from warpdrape.contact.edge_contact import EdgeContact
 from warpdrape.contact.ply_contact import PlyContact
 from warpdrape.contact.self_contact import SelfContact
@@ -26,6 +25,7 @@ from warpdrape.forces.pressed_crossings import bearing
 from warpdrape.forces.sliding_chains import chains_of
 from warpdrape.interaction import bodies_of
 from warpdrape.scenes import yarn_pull_out
+from warpdrape.setup import Setup
 
 FRICTION = 0.3
 
@@ -59,7 +59,7 @@ def told(model, state):
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_goes_through_a_ply_is_half_of_what_contacts_tell(threads, monkeypatch):
     """Of every contact, as its results show it by other means."""
-    monkeypatch.setattr(press_through, "asked_for", lambda scene: True)
+    monkeypatch.setattr(Setup, "yarns_rub", True)
     roofs = crossed("cpu", 1e-5)
     height = roofs[0].rest.numpy()[:, 2]
     ways = np.where(height > height.mean(), -0.5, 0.5)

@@ -19,6 +19,7 @@ def shapes():
     before = set(sys.modules)
     sys.path.insert(0, str(ROOT / "bench" / "shapes"))
     try:
+        import approaches
         import bending
         import dimensions
         import pages
@@ -26,7 +27,12 @@ def shapes():
         import wrinkled_meshes as meshes
 
         yield SimpleNamespace(
-            bending=bending, dimensions=dimensions, meshes=meshes, pages=pages, tables=tables
+            approaches=approaches,
+            bending=bending,
+            dimensions=dimensions,
+            meshes=meshes,
+            pages=pages,
+            tables=tables,
         )
     finally:
         sys.path.remove(str(ROOT / "bench" / "shapes"))
@@ -103,3 +109,37 @@ def test_a_surface_is_measured_alike_on_other_meshes(shapes):
         assert np.median(waves) == pytest.approx(0.04, rel=0.02), (cells, mesh)
         amplitude = np.median([wrinkle.amplitude for wrinkle in found])
         assert amplitude == pytest.approx(1e-3, rel=0.05), (cells, mesh)
+
+
+def bowl(cells, mesh, **moved):
+    """A ply formed to z = x² + y²/2, every vertex moved by more."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.3, cells=cells, mesh=mesh)
+    flat = np.asarray(ply.mesh.vertices)
+    points = np.column_stack([flat, flat[:, 0] ** 2 + 0.5 * flat[:, 1] ** 2])
+    points = points + moved.get("by", np.zeros(3))
+    triangles = np.asarray(ply.mesh.triangles)
+    return ply, SimpleNamespace(rest_points=ply.rest_points, points=points, triangles=triangles)
+
+
+def test_crossovers_of_bars_are_compared_where_they_lie_on_the_blank(shapes):
+    """A translation is its length apart, and what straight triangles leave of a bowl is h² ψ."""
+    tables = shapes.approaches
+    ply, coarse = bowl(6, "grid", by=np.array([3e-3, 0.0, 4e-3]))
+    places = tables.crossovers(SimpleNamespace(scene=SimpleNamespace(plies=[ply])))
+    assert len(places) == 49  # the corners of squares, not their middles
+    _, same = bowl(12, "grid")
+    assert tables.apart(coarse, places, same) == pytest.approx(5e-3, rel=1e-9)
+    _, exact = bowl(6, "grid")
+    off = [tables.apart(exact, places, bowl(cells, "random")[1]) for cells in (10, 20, 40)]
+    assert tables.rate((10, 20, 40), off) == pytest.approx(2.0, abs=0.3)
+
+
+def test_two_plies_of_one_mesh_are_compared_triangle_by_triangle(shapes):
+    shear, points = np.linspace(-40.0, 40.0, 101), np.zeros((7, 3))
+    moved, other = points.copy(), shear.copy()
+    moved[3] = [2e-3, 1e-3, 2e-3]
+    other[50] += 0.7
+    one = SimpleNamespace(shear_angle_deg=shear, points=points)
+    two = SimpleNamespace(shear_angle_deg=other, points=moved)
+    most, nearly, way = shapes.approaches.off_the_other(one, two)
+    assert (most, nearly, way) == (pytest.approx(0.7), pytest.approx(0.0), pytest.approx(3e-3))

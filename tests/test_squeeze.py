@@ -1,11 +1,15 @@
 """Tools that close to less than a ply's thickness are named, with place and by how much."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from warpdrape import Ply, Scene, Stroke, Tool
+from warpdrape.dynamics.model import build_model
+from warpdrape.tools.profile import Line, extrude
+from warpdrape.watch import Seen, Watch
 
 SHEET = Ply.rectangle("sheet", "carbon_interlock", 0.1, cells=6, mesh="grid")
 THICKNESS = SHEET.fabric.thickness
@@ -47,3 +51,51 @@ def test_plates_that_leave_the_ply_its_thickness_are_not():
     result = closed(THICKNESS)
     assert complaints(result) == []
     assert np.isfinite(result.plies[0].points).all()
+
+
+FLANK = np.radians(22.5)
+
+
+def wedge(facing, low):
+    """A valley along y with flanks of 22.5°, its bottom at a height [m]; or the edge over it."""
+    half = 0.014
+    high = half * np.tan(FLANK)
+    across = [Line((-half, high), (0.0, 0.0)), Line((0.0, 0.0), (half, high))]
+    if facing == "down":
+        across = [Line(piece.end, piece.start) for piece in reversed(across)]
+    mesh = extrude(across, 0.04, 0.01).mesh
+    return Tool.from_mesh("valley" if facing == "up" else "edge", mesh).moved((1e-3, 0.0, low))
+
+
+def bent_into_a_valley(cells):
+    """A strip pressed by an edge into a valley whose flanks leave it half more than it needs."""
+    strip = Ply.rectangle("strip", "carbon_interlock", 0.024, 0.006, cells=cells, mesh="grid")
+    bottom, start, apart = -6e-3, 0.4e-3, 1.5 * THICKNESS / np.cos(FLANK)
+    down = Stroke(travel=(0.0, 0.0, bottom + apart - start), duration=6e-3)
+    tools = [wedge("up", bottom), replace(wedge("down", start), motion=down)]
+    scene = Scene(
+        name="v", plies=[strip], tools=tools, duration=6e-3, friction=0.8, gravity=(0, 0, 0)
+    )
+    return scene.run(frames=10, quiet=True), apart
+
+
+def test_a_triangle_over_a_hollow_is_told_from_too_little_room_and_finer_ones_fit():
+    """The tools leave what the ply needs: its triangles, which are flat, do not go round the bend.
+
+    A side whose ends lie on the two flanks cuts the corner off.
+    """
+    coarse, apart = bent_into_a_valley(4)
+    (said,) = complaints(coarse)
+    left = float(re.search(r"they leave (\S+) mm there, but the ply's flat", said)[1])
+    assert 1e3 * apart * np.cos(FLANK) - 0.01 <= left <= 1.001e3 * apart
+    assert "refine the ply" in said and "leave the ply its thickness" not in said
+    assert complaints(bent_into_a_valley(16)[0]) == []
+
+
+def test_what_blows_up_after_a_squeeze_says_both():
+    scene = Scene(name="s", plies=[SHEET], duration=1e-3)
+    model = build_model(scene, "cpu", 1)
+    alone = Watch(model).where_it_blew_up(3, 2e-3)
+    assert alone.startswith("blew up at 2 ms in ply 'sheet'") and "before that" not in alone
+    seen = Seen(squeezed="tools 'a' and 'b' squeeze ply 'sheet'")
+    assert Watch(model, seen).where_it_blew_up(3, 2e-3) == f"{alone}; before that, {seen.squeezed}"

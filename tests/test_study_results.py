@@ -307,11 +307,14 @@ def test_progress(capsys):
 
 def test_cost_is_told_as_runs_start_and_order():
     cost = Cost(own_start_s=1.0, own_s=1.5)
-    for host, ended, run in (("a", 3.0, 1.0), ("b", 3.5, 1.0), ("a", 4.2, 1.1), ("a", 6.2, 1.9)):
-        cost.add({"host": host, "process": 1, "worker_cpu_s": ended, "cpu_s": run})
+    runs = (("a", 3.0, 0.9, 0.1), ("b", 3.5, 1.0, 0.0), ("a", 4.2, 1.1, 0.0), ("a", 6.2, 1.9, 0.1))
+    for host, ended, run, watch in runs:
+        found = {"worker_cpu_s": ended, "cpu_s": run, "watch_s": watch}
+        cost.add({"host": host, "process": 1, **found})
     cost.add({"host": "a", "process": 1})  # a run that was done before
-    assert cost.runs_s == pytest.approx(5.0)
+    assert cost.runs_s == pytest.approx(4.9)
     assert cost.start_s == pytest.approx(2.0 + 2.5 + 1.0)
-    assert cost.order_s == pytest.approx((6.2 - 2.0 - 4.0) + 0.0 + 0.5)
-    words = cost_text(cost)
-    assert "5 s in runs, 5.5 s (110.0 %) to start and 0.7 s (14.0 %) for order" in words
+    assert cost.order_s == pytest.approx((6.2 - 2.0 - 3.9) + 0.0 + 0.5)  # watch is order
+    words = cost_text(cost, 1.25)
+    beyond = "5.5 s (112.2 %) to start, 0.8 s (16.3 %) for order and 1.2 s (25.5 %) for the report"
+    assert words == f"processor time: 5 s in runs, {beyond}"

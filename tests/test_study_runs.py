@@ -20,6 +20,7 @@ from warpdrape.commands.scene_library import find_script
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.folder_lock import FolderLock
 from warpdrape.scene import Scene
+from warpdrape.studies.cluster import KEEPER_LOST
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import do_run
 from warpdrape.studies.running import _outcome, jobs_of, run_study
@@ -339,15 +340,25 @@ def assert_equal_to_single_runs(out: Path, place: Path):
 
 
 @pytest.mark.slow
-def test_a_worker_that_is_killed_loses_nothing(tmp_path):
+@pytest.mark.parametrize("who", ["worker", "keeper", "both", "all keepers"])
+def test_a_worker_that_is_killed_loses_nothing(tmp_path, who):
+    """Nor one whose keeper dies: another is begun in its place."""
     import psutil
 
     path, out = write_study(tmp_path, LONGER), tmp_path / "out"
     argv = [*LOCAL, str(path), "--out", str(out), "--workers", "2"]
-    process = subprocess.Popen(argv, cwd=tmp_path, stderr=subprocess.DEVNULL, env=ENVIRONMENT)
+    process = subprocess.Popen(
+        argv, cwd=tmp_path, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
     worker = _at_work(out / "runs" / "00000", psutil.Process(process.pid))
-    os.kill(worker, signal.SIGKILL)
-    assert process.wait() == 0
+    keeper, all_of = psutil.Process(worker).ppid(), psutil.Process(process.pid).children()
+    killed = {"worker": [worker], "keeper": [keeper], "both": [keeper, worker]}
+    for number in killed.get(who, [each.pid for each in all_of]):
+        os.kill(number, signal.SIGKILL)
+    said = process.communicate()[1]
+    assert process.returncode == 0
+    dead = {"worker": 0, "all keepers": 2}.get(who, 1) if sys.platform == "linux" else 0
+    assert said.count(KEEPER_LOST) == dead
     ended = json.loads((out / "outcomes" / "00000.json").read_text())
     assert ended["status"] == "completed" and ended["process"] != worker and ended["resumed"]
     assert_equal_to_single_runs(out, tmp_path)
@@ -356,7 +367,13 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "kill"),
-    [(signal.SIGKILL, os.kill), (signal.SIGINT, os.kill), (signal.SIGINT, os.killpg)],
+    [
+        (signal.SIGKILL, os.kill),
+        (signal.SIGINT, os.kill),
+        (signal.SIGINT, os.killpg),
+        (signal.SIGTERM, os.kill),
+        (signal.SIGTERM, os.killpg),
+    ],
 )
 def test_a_study_that_is_killed_goes_on(how, kill, tmp_path):
     """Its workers end with it; a Ctrl-C, which reaches them too, reports what there is."""
@@ -376,8 +393,9 @@ def test_a_study_that_is_killed_goes_on(how, kill, tmp_path):
     kill(process.pid, how)
     said = process.communicate()[1]
     assert process.returncode == (-how if how == signal.SIGKILL else 1)
-    if how == signal.SIGINT:
-        assert "interrupted: " in said and "start it again and it goes on" in said
+    if how != signal.SIGKILL:
+        words = {signal.SIGINT: "interrupted: ", signal.SIGTERM: "asked to end by SIGTERM: "}[how]
+        assert words in said and "start it again and it goes on" in said
         assert (out / "report.html").exists() and "Traceback" not in said
     for _ in range(50):
         if not psutil.pid_exists(worker):
@@ -385,7 +403,7 @@ def test_a_study_that_is_killed_goes_on(how, kill, tmp_path):
         time.sleep(0.1)
     assert not psutil.pid_exists(worker)
     cut_off = not (out / "outcomes" / "00000.json").exists()
-    assert cut_off or how == signal.SIGINT  # runs have some seconds to end by themselves
+    assert cut_off or how != signal.SIGKILL  # runs have some seconds to end by themselves
     subprocess.run(argv, cwd=tmp_path, check=True, capture_output=True, env=ENVIRONMENT)
     ended = json.loads((out / "outcomes" / "00000.json").read_text())
     assert ended["status"] == "completed" and ended["resumed"] is cut_off

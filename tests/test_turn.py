@@ -10,7 +10,7 @@ from interaction_checks import of_kind
 from law_checks import fabric
 from pxr import Usd, UsdGeom
 from scipy.spatial.transform import Rotation
-from test_tool_contact import found, searcher
+from tool_search_checks import found, searcher
 
 from warpdrape import Clamp, Float, Numerics, Ply, Pressure, Scene, Stroke, Tool, Turn, read_run
 from warpdrape.contact.closing import closing_tools

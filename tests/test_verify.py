@@ -8,6 +8,8 @@ import pytest
 from warpdrape import cli
 from warpdrape.verification import verify
 from warpdrape.verification.case import absolute, relative
+from warpdrape.verification.hypoelastic import rotation
+from warpdrape.verification.led_sheet import LedSheet
 
 
 def test_quick_verification_passes_and_leaves_its_table(tmp_path, capsys):
@@ -57,6 +59,13 @@ def test_a_known_shortfall_is_no_pass_and_must_not_get_worse(tmp_path, monkeypat
 def test_a_case_that_is_not_a_number_fails():
     assert not absolute("nan", math.nan, 1.0, 0.1).passed
     assert absolute("edge", 1.1, 1.0, 0.1 + 1e-12).passed
+
+
+def test_stress_that_is_no_number_is_no_largest_change(monkeypatch):
+    """Python's max keeps what it has beside NaN, and the case could not fail by it."""
+    lost = LedSheet.shown
+    monkeypatch.setattr(LedSheet, "shown", lambda led: lost(led)._replace(couple=math.nan))
+    assert not rotation().passed
 
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):

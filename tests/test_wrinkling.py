@@ -9,15 +9,14 @@ from scipy.optimize import minimize, minimize_scalar
 
 from warpdrape.errors import InputError
 from warpdrape.scenes import cusick_drape
-from warpdrape.verification.fully_wrinkled import SHAPES, SqueezedSheet
-from warpdrape.verification.wrinkling import (
+from warpdrape.verification.flange import (
     FOLD,
-    LENGTH,
+    flange_force,
     flange_wavelength,
-    stretched_sheet,
-    wavelength,
-    waves_across,
+    longest_wave_by_friction,
 )
+from warpdrape.verification.fully_wrinkled import SHAPES, SqueezedSheet
+from warpdrape.verification.wrinkling import LENGTH, stretched_sheet, wavelength, waves_across
 
 
 def test_a_stretched_sheet_wrinkles_first_at_the_closed_form():
@@ -105,6 +104,25 @@ def test_a_flange_folds_at_the_closed_form_with_the_exact_shape_of_its_waves():
     best = minimize(energy, [sine.x[0], 0.0, 0.0], method="Nelder-Mead")
     assert best.fun < sine.fun * (1.0 + 1e-9)
     assert 2.0 * math.exp(best.x[0]) == pytest.approx(closed, rel=0.04)  # what a sine costs
+
+
+def test_a_flange_is_pressed_by_what_its_energy_says_and_friction_brings_no_more():
+    """The slope of the least energy by the shortening; a wave as long as friction allows."""
+    bending, pressure, shortening = 2e-3, 800.0, 0.07
+
+    def least(e):  # of bending and of the holder's way, over the wave that costs least
+        wave = flange_wavelength(bending, pressure, e)
+        grid = wave * np.linspace(0.5, 2.0, 3001)
+        bent = 4.0 * math.pi**2 * bending * e / grid**2
+        return (bent + 2.0 * pressure * grid * math.sqrt(e) / math.pi).min()
+
+    step = 1e-4
+    slope = (least(shortening + step) - least(shortening - step)) / (2.0 * step)
+    assert flange_force(bending, pressure, shortening) == pytest.approx(slope, rel=1e-4)
+    wave = flange_wavelength(bending, pressure, shortening)
+    reach = flange_force(bending, pressure, shortening) / (0.6 * pressure)  # by which 0.6 is enough
+    assert longest_wave_by_friction(0.6, reach, shortening) == pytest.approx(wave, rel=1e-12)
+    assert longest_wave_by_friction(0.3, reach, shortening) == pytest.approx(wave / 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("edge", [0.005, 0.0036])  # an even and an odd number of cells

@@ -10,11 +10,11 @@ import numpy as np
 
 from warpdrape.dynamics.model import Model
 from warpdrape.errors import InputError
-from warpdrape.forces.pressure import along_normals
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing, peak_speed
 from warpdrape.tools.floating import Float
 from warpdrape.tools.pose import rotation
+from warpdrape.tools.pressure import along_normals
 from warpdrape.tools.tool import Tool
 from warpdrape.tools.turn import Turn
 
@@ -89,7 +89,7 @@ def check_motions(model: Model, earlier: Restart) -> None:
         jump = float(np.linalg.norm(tool.pose(now).shift - shift))
         jerk = float(np.linalg.norm((there - here) / step - velocity))
         _refuse_jump(f"tool {tool.name!r}", jump, jerk, step, peak)
-    pressures = along_normals(scene, np.array([now]))[:, 0]
+    pressures = along_normals(scene.pressures, np.array([now]))[:, 0]
     for number, pressure in enumerate(scene.pressures):
         was = earlier.at_end("loads.pressure", len(scene.pressures))[number]
         _refuse_step(f"pressure {pressure.name!r}", was, float(pressures[number]), "Pa")

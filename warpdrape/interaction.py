@@ -186,6 +186,7 @@ class Measured:
         pressing: normal forces on vertices by the name of their pressure [N], shape [row, vertex];
             rows are faces of the ply, lower and upper, or tools. What several contacts show adds.
         entries: lists of ``summary.json`` by name, one entry for each thing met in contact.
+        flowed: part of what is lost that deforming took as it takes what is stored [J]: a fluid's.
         work: done on the plies from outside so far [J].
         readings: columns of ``history.csv`` by name.
         touched: numbers of plies that a contact has touched, but for what `PlyState.lost` tells.
@@ -197,6 +198,7 @@ class Measured:
     fields: tuple[Mapping[str, np.ndarray], ...] = ()
     pressing: Mapping[str, np.ndarray] = field(default_factory=dict)
     entries: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    flowed: float = 0.0
     work: float = 0.0
     readings: Mapping[str, float] = field(default_factory=dict)
     touched: frozenset[int] = frozenset()

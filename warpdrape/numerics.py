@@ -21,6 +21,8 @@ ACCURACIES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 """Accuracies by name: what each changes of a `Numerics`, chosen by errors measured against a
 converged run (docs/performance.md). Softer yarns make steps longer; contacts soften with the
 square of the step, and the larger share, at 13 % of the step, makes up for some of it."""
+START_TOLERANCE = 0.01
+"""Share of the ply thickness by which things may overlap at the start [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)

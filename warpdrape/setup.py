@@ -285,6 +285,14 @@ class Setup:
         """Whether folds of a ply are held apart: those of one that does not bend have no size."""
         return self.self_contact and ply.fabric.bends
 
+    @property
+    def yarns_rub(self) -> bool:
+        """Whether yarns slide, and rub where they cross: by how hard contacts press on them."""
+        cards = (ply.fabric.crossover for ply in self.plies)
+        return self.approach == SLIDING_YARNS and any(
+            card is not None and card.yarn_friction > 0.0 for card in cards
+        )
+
     def friction_of(self, tool: Tool) -> Friction:
         """Friction of a tool on the plies."""
         if tool.friction is None:

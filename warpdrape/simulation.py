@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from warpdrape.announcement import announcement
 from warpdrape.cadence import Cadence, read_cadence
 from warpdrape.contact.closing import closing_tools
+from warpdrape.contact.tools_at_start import check_tools
 from warpdrape.dynamics.crew import choose_threads
 from warpdrape.dynamics.energy import kinetic_energy, taken_energy
 from warpdrape.dynamics.loading import Loading
@@ -20,7 +21,6 @@ from warpdrape.dynamics.start_check import (
     check_loading,
     check_sheets,
     check_steps,
-    check_tools,
 )
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError, RunFailed, said
@@ -34,7 +34,6 @@ from warpdrape.setup import Setup
 from warpdrape.state import State
 from warpdrape.stops import Stops
 from warpdrape.warp_start import cache_damage, check_device
-from warpdrape.watch import where_it_blew_up
 
 FRAMES = 60
 """Frames of a run after the first, where nothing else is asked."""
@@ -279,4 +278,4 @@ class _Run:
         vertex = int(self.state.plies.runaway.numpy()[0])
         if vertex >= 0:
             when = recorder.steps * timing.time_step
-            raise RunFailed(where_it_blew_up(self.model, vertex, when))
+            raise RunFailed(recorder.watch.where_it_blew_up(vertex, when))

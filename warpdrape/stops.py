@@ -9,16 +9,17 @@ from typing import Any
 
 from warpdrape.errors import RunFailed
 
-_WORDS = {
+WORDS = {
     "SIGINT": "interrupted by the user",
     "SIGTERM": "asked to end by SIGTERM",
     "SIGHUP": "asked to end by SIGHUP, as its terminal was closed",
 }
+"""Why a run ends, by the signal."""
 
 
 def asked_to_end(message: str) -> bool:
     """Whether a run ended as a signal asked it to, by the message of its summary."""
-    return message in _WORDS.values()
+    return message in WORDS.values()
 
 
 class Stops:
@@ -41,10 +42,10 @@ class Stops:
     def check(self) -> None:
         """Raise `RunFailed` if the run is to end."""
         if self._asked:
-            raise RunFailed(_WORDS[self._asked])
+            raise RunFailed(WORDS[self._asked])
 
     def __enter__(self) -> Stops:
-        for name in _WORDS:
+        for name in WORDS:
             number = getattr(signal, name, None)  # Windows has no SIGHUP
             if number is None:
                 continue

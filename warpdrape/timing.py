@@ -8,12 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.errors import InputError
+from warpdrape.kernels.contact import look_ahead
+from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
 
 SLOWEST_TOOL = 0.1
 """Speed [m/s] that contact searches allow for at least, as plies may move faster than tools."""
 SLOWEST = 1.0
 """Speed [m/s] that contact searches allow for when no tool moves."""
+ASK_EVERY = int(look_ahead.ASK_EVERY)
+"""Contact searches from one in which every point asks for the nearest facet of a ply to the next
+such one; between, it walks from the facet that it remembers."""
 LOOKS = 240
 """Looks at the energies in a run whose motions they may hold back, at full pace, at least."""
 
@@ -43,6 +48,11 @@ class Timing:
     def steps(self) -> int:
         """Steps in all."""
         return self.frames * self.steps_per_frame
+
+
+def ask_every(numerics: Numerics) -> int:
+    """Contact searches of which one lets every point ask: see `ASK_EVERY`, or each if exact."""
+    return 1 if numerics.contact == "exact" else ASK_EVERY
 
 
 def frame_times(timing: Timing, frame: int) -> np.ndarray:

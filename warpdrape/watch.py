@@ -26,17 +26,6 @@ SQUEEZED = 0.05
 """Share of its thickness by which a ply is squeezed between tools before that is said [-]."""
 
 
-def where_it_blew_up(model: Model, vertex: int, when: float) -> str:
-    """Say when and in which ply and triangle a vertex ran away."""
-    remedy = "lower safety"
-    if model.scene.tools:
-        remedy += " or contact_share, slow the tools down"
-    return (
-        f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
-        f"{model.medium.speed_limit:.4g} m/s; {remedy}, or refine the mesh there"
-    )
-
-
 def number_of_ply(model: Model, vertex: int) -> int:
     """Number of the ply of a vertex."""
     return bisect_right([span.first_vertex for span in model.spans], vertex) - 1
@@ -147,6 +136,19 @@ class Watch:
                     f"{int(np.argmax(bad))}: its values are not finite; lower safety"
                 )
 
+    def where_it_blew_up(self, vertex: int, when: float) -> str:
+        """Say when and in which ply and triangle a vertex ran away."""
+        model, before = self._model, ""
+        if self.seen.squeezed:
+            before = f"; before that, {self.seen.squeezed}"
+        remedy = "lower safety"
+        if model.scene.tools:
+            remedy += " or contact_share, slow the tools down"
+        return (
+            f"blew up at {1e3 * when:.4g} ms in {place(model, vertex)}: faster than "
+            f"{model.medium.speed_limit:.4g} m/s; {remedy}, or refine the mesh there{before}"
+        )
+
     def _refuse_growth(
         self, state: State, energies: Energies, measured: Sequence[Measured], now: float
     ) -> None:
@@ -184,16 +186,29 @@ class Watch:
         one, other = (model.scene.tools[tool].name for tool in found.tools)
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self.seen.squeeze = found
-        limit = f"its thickness of {1e3 * found.thickness:.3g} mm"
+        thinnest = found.thickness if law is None else law.thinnest
+        least = f"its thickness of {1e3 * found.thickness:.3g} mm"
         room = "" if self._gives_way(found) else "leave the ply its thickness between them, or "
-        why = f"that of the contact's numerical stiffness; {room}give its fabric a compaction law"
+        why = (
+            "their force there is that of the contact's numerical stiffness; "
+            f"{room}give its fabric a compaction law"
+        )
         if law is not None:
-            limit = f"{1e3 * law.thinnest:.3g} mm, the least thickness of its compaction law,"
-            why = "extrapolated; measure to higher pressures, or leave the ply more room"
+            least = f"{1e3 * thinnest:.3g} mm, the least thickness of its compaction law,"
+            why = (
+                "their force there is extrapolated; measure to higher pressures, or leave the ply "
+                "more room"
+            )
+        if found.apart > thinnest:
+            why = (
+                f"they leave {1e3 * found.apart:.3g} mm there, but the ply's flat triangles span a "
+                "hollow too narrow for them, and the force on them is the mesh's: refine the ply, "
+                "or round the tools' edges there"
+            )
         self.seen.squeezed = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
-            f"{1e3 * found.depth:.3g} mm below {limit} at {1e3 * now:.4g} ms, "
-            f"({x:.4g}, {y:.4g}) mm: their force there is {why}"
+            f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
+            f"({x:.4g}, {y:.4g}) mm: {why}"
         )
 
     def _note_depths(self, state: State) -> None:

@@ -1,9 +1,9 @@
 """Tables of the benchmark shapes, from runs: ``python bench/shapes [TABLE ...] [--write]``.
 
-Each table is on a page of ``docs/benchmarks``, between two lines that name it, and each of its rows
-is a run of the command line's own scenes. Runs are kept in ``--runs`` and not done again while
-scene and parameters are the same; ``--again`` does them anew. Tables are printed; ``--write`` puts
-them into the pages.
+Each table is on a page of ``docs``, between two lines that name it, and each of its rows is a run
+of the command line's own scenes. Runs are kept in ``--runs`` and not done again while scene and
+parameters are the same; ``--again`` does them anew. Tables are printed; ``--write`` puts them into
+the pages.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import dimensions
+from approaches import continua, continua_45, yarns_hemisphere, yarns_per_bar
 from bending import bending_drape, bending_hemisphere
 from hemisphere import hemisphere_diagonal, hemisphere_outline
 from press import (
@@ -30,6 +31,10 @@ TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
     "two_plies_fine": ("benchmarks/two_plies.md", two_plies_fine),
     "bending_hemisphere": ("benchmarks/bending.md", bending_hemisphere),
     "bending_drape": ("benchmarks/bending.md", bending_drape),
+    "continua": ("approaches.md", continua),
+    "continua_45": ("approaches.md", continua_45),
+    "yarns_hemisphere": ("approaches.md", yarns_hemisphere),
+    "yarns_per_bar": ("approaches.md", yarns_per_bar),
     "wrinkle_meshes": ("defects.md", wrinkle_meshes),
     "wrinkle_runs": ("defects.md", wrinkle_runs),
 }

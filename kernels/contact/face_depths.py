@@ -7,9 +7,9 @@ the deepest is not asked again before it has moved, in the tool's frame, as far 
 import warp as wp
 
 from ..sweep import Sweep
-from .surface import barycentric, is_on_border, to_single, weighted
+from .surface import barycentric, is_on_edge, to_single, weighted
 from .tool_facets import SINGLE, ToolSurfaces, nearest_facet
-from .tool_planes import ToolPlane, is_near, no_plane, plane_gap, tangent_plane
+from .tool_planes import FREE, TURNING, ToolPlane, is_near, no_plane, plane_gap, tangent_plane
 
 UNKNOWN = wp.constant(wp.float64(1e9))
 """More than any place is deep [m]."""
@@ -65,9 +65,9 @@ def plane_near(
     plane = no_plane()
     if facet >= 0:
         zero = wp.float64(0.0)
-        held = is_near(beside)
-        plane, _distance = tangent_plane(
-            surfaces, look.tool, facet, at, half, look.radius, zero, held, beside
+        side = wp.where(is_near(beside), TURNING, FREE)
+        plane, _distance, _side = tangent_plane(
+            surfaces, look.tool, facet, at, half, look.radius, zero, side, beside
         )
     return plane
 
@@ -83,7 +83,7 @@ def from_facet(surfaces: ToolSurfaces, facet: int, at: wp.vec3d):
     c = surfaces.corners[facet, 2]
     w = barycentric(a, b, c, at)
     distance = wp.length(at - weighted(w, a, b, c))
-    return distance, is_on_border(w, surfaces.open_edges[facet])
+    return distance, is_on_edge(w, surfaces.borders[facet])
 
 
 @wp.func

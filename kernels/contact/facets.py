@@ -8,7 +8,7 @@ what a walk cannot: another fold, or a ply that was out of sight.
 
 import warp as wp
 
-from .surface import barycentric, is_on_border, to_single, weighted
+from .surface import barycentric, is_on_edge, to_single, weighted
 
 BEND = wp.constant(wp.float64(32.0))
 """Bend between facets times an edge's length over the room in the hollow: 8 where a ply bends
@@ -65,12 +65,8 @@ def nearest_on_facet(
 
 @wp.func
 def is_at_border(facets: PlyFacets, nearest: NearestFacet) -> bool:
-    """Whether a nearest point lies on the ply's border, whichever facet at a corner it is of."""
-    bits = facets.borders[nearest.facet]
-    for corner in range(3):
-        if nearest.weights[corner] >= wp.float64(1.0) and (bits >> (3 + corner)) & 1 == 1:
-            return True
-    return is_on_border(nearest.weights, bits)
+    """Whether a nearest point lies on the ply's border."""
+    return is_on_edge(nearest.weights, facets.borders[nearest.facet])
 
 
 @wp.func

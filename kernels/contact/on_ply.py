@@ -1,11 +1,11 @@
-"""A point that touches a triangle of a ply: its plane, and what it may keep of a penetration.
+"""A point that touches a triangle of a ply: what is kept of it, and its force step by step.
 
 The plane is found by a search and moves with the triangle until the next one.
 """
 
 import warp as wp
 
-from .contact import CompactionLaws, ContactLaw, Pad, contact_traction, normal_energy
+from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
 from .friction import Rub
 from .look_ahead import Pace, sight
 
@@ -88,41 +88,6 @@ def contact_gap(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3
 
 
 @wp.func
-def spring_energy(
-    law: ContactLaw,
-    laws: CompactionLaws,
-    contact: PlyContact,
-    x: wp.array(dtype=wp.vec3d),
-    point: wp.vec3d,
-    spring: wp.vec3d,
-) -> wp.float64:
-    """Energy [J] in the normal and stick springs of a contact."""
-    depth = wp.max(-contact_gap(contact, x, point), wp.float64(0.0))
-    stick = wp.float64(0.5) * law.stiffness * contact.mass * wp.length_sq(spring)
-    return stick + normal_energy(law, contact.mass, laws, contact.pad, depth)
-
-
-@wp.func
-def before_search(
-    law: ContactLaw,
-    laws: CompactionLaws,
-    contact: PlyContact,
-    x: wp.array(dtype=wp.vec3d),
-    point: wp.vec3d,
-    spring: wp.vec3d,
-    stored: wp.float64,
-):
-    """Gap of a contact, if below zero [m], and energy of its springs [J], before a search."""
-    before = wp.float64(0.0)
-    had = wp.float64(0.0)
-    if contact.near == 1:
-        if stored > had:
-            had = spring_energy(law, laws, contact, x, point, spring)
-        before = wp.min(contact_gap(contact, x, point), before)
-    return before, had
-
-
-@wp.func
 def effective_mass(
     mass: wp.array(dtype=wp.float64), corners: wp.vec3i, w: wp.vec3d, i: int
 ) -> wp.float64:
@@ -130,60 +95,6 @@ def effective_mass(
     inverse = w[0] * w[0] / mass[corners[0]] + w[1] * w[1] / mass[corners[1]]
     inverse += w[2] * w[2] / mass[corners[2]]
     return wp.float64(1.0) / (wp.float64(1.0) / mass[i] + inverse)
-
-
-@wp.func
-def settled(
-    law: ContactLaw,
-    laws: CompactionLaws,
-    search: PlySearch,
-    contact: PlyContact,
-    x: wp.array(dtype=wp.vec3d),
-    point: wp.vec3d,
-    spring: wp.vec3d,
-    jump: wp.float64,
-    had: wp.float64,
-    budget: wp.float64,
-):
-    """What of a jump of the gap stays allowed [m], and what the springs lose by it [J].
-
-    When the gap would jump to a deeper penetration the difference is allowed for and fades, slowly
-    where it is large, so that forces stay continuous and nothing is thrown out. What fades loads
-    the spring: it is paid for by what the contact has lost to friction and damping, so
-    that no energy comes from nowhere.
-
-    Args:
-        law: contact law.
-        laws: of compaction.
-        search: how to look.
-        contact: with its mass and plane as they are now.
-        x: positions [m], shape [vertex].
-        point: that touches [m].
-        spring: stick spring [m].
-        jump: by which the gap has become deeper, or 0 [m].
-        had: energy of the springs before the search [J].
-        budget: what the contact has lost since it came near, less what was taken back [J].
-    """
-    zero = wp.float64(0.0)
-    if jump == zero and had + budget == zero:
-        return zero, zero
-    contact.allowance = jump
-    stays = spring_energy(law, laws, contact, x, point, spring)
-    contact.allowance = wp.max(search.keep * jump, jump - search.ease)
-    fades = spring_energy(law, laws, contact, x, point, spring)
-    allowance = contact.allowance
-    if fades - stays > budget:  # so far as losses pay for it
-        contact.allowance = jump
-        gap = contact_gap(contact, x, point)
-        deep = wp.min(gap, zero)
-        paid = wp.float64(2.0) * budget / (law.stiffness * contact.mass)
-        allowance = jump - (gap + wp.sqrt(deep * deep + paid))
-    taken = zero
-    if had + budget > zero:
-        contact.allowance = allowance
-        has = spring_energy(law, laws, contact, x, point, spring)
-        taken = wp.max(had - has, -budget)
-    return allowance, taken
 
 
 @wp.func

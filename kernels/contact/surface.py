@@ -61,10 +61,15 @@ def barycentric(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, x: wp.vec3d) -> wp.vec3d:
 
 
 @wp.func
-def is_on_border(weights: wp.vec3d, open_edges: wp.int32) -> bool:
-    """Whether a nearest point lies on an open edge: bit e of ``open_edges``, opposite corner e."""
+def is_on_edge(weights: wp.vec3d, bits: wp.int32) -> bool:
+    """Whether a nearest point lies on a marked edge, whichever facet at its end it is of.
+
+    Bit e marks the edge across from corner e, bit 3 + k a corner k that ends one.
+    """
     for corner in range(3):
-        if weights[corner] <= wp.float64(0.0) and (open_edges >> corner) & 1 == 1:
+        if weights[corner] <= wp.float64(0.0) and (bits >> corner) & 1 == 1:
+            return True
+        if weights[corner] >= wp.float64(1.0) and (bits >> (3 + corner)) & 1 == 1:
             return True
     return False
 

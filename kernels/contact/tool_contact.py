@@ -7,10 +7,10 @@ tool's own frame; a slot is a vertex of a tool, number tool · vertices + vertex
 import warp as wp
 
 from ..sweep import Sweep
+from ..tool_pose import ToolPoses, velocity_from
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
 from .friction import Rub, at_vertex
 from .tool_planes import ToolPlane, plane_gap
-from .tool_pose import ToolPoses, velocity_from
 
 
 @wp.struct

@@ -17,8 +17,8 @@ class ToolSurfaces:
     first_facet: wp.array(dtype=wp.int32)  # shape [tool]
     corners: wp.array2d(dtype=wp.vec3d)  # m, shape [facet, 3]
     normals: wp.array2d(dtype=wp.vec3d)  # at the corners, shape [facet, 3]
-    open_edges: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, shape [facet]
-    ridges: wp.array(dtype=wp.int32)  # bits of edges at which facets meet, shape [facet]
+    borders: wp.array(dtype=wp.int32)  # bits of edges without a neighbour, and ends, shape [facet]
+    ridges: wp.array(dtype=wp.int32)  # bits of edges at which facets meet, and ends, shape [facet]
     sag: wp.array(dtype=wp.float64)  # by which facets may lie inside the surface [m], shape [tool]
     hollow: wp.array(dtype=wp.float64)  # weight over distance beyond `facet_hollows` [1/m], [facet]
     exact: wp.array(dtype=wp.int32)  # 1 if the corner normals are those of the true surface

@@ -9,6 +9,7 @@ vertices' masses: however many they are, they take no more of the step than one 
 
 import warp as wp
 
+from ..tool_pose import ToolPoses, out_of_tool, velocity_from
 from .contact import CompactionLaws, ContactLaw, contact_traction
 from .facets import (
     PlyFacets,
@@ -19,16 +20,8 @@ from .facets import (
     walk_to_nearest,
 )
 from .friction import Rub
-from .on_ply import (
-    PlyContact,
-    PlySearch,
-    before_search,
-    contact_gap,
-    radius_of,
-    reach_of,
-    settled,
-)
-from .tool_pose import ToolPoses, out_of_tool, velocity_from
+from .on_ply import PlyContact, PlySearch, contact_gap, radius_of, reach_of
+from .settling import before_search, settled
 
 
 @wp.struct

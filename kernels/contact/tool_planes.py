@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .surface import CURVED, barycentric, bulge, curved_normal, is_on_border, weighted
+from .surface import CURVED, barycentric, bulge, curved_normal, is_on_edge, weighted
 from .tool_facets import SINGLE, ToolSurfaces
 
 ON_RIDGE = wp.constant(wp.float64(0.01))
@@ -12,6 +12,16 @@ ALIKE = wp.constant(wp.float64(1e-3))
 """… and at least, from a millimetre on: squares of distances are good to 10⁻⁷ of themselves."""
 SAME_FACE = wp.constant(wp.float64(0.99))
 """Cosine between a vertex's plane and the surface below which, at a border, it is on the edge."""
+
+
+FREE = wp.constant(0)
+"""Side of a vertex that has had no plane."""
+FRONT = wp.constant(1)
+"""… that is in front of its facet."""
+BACK = wp.constant(2)
+"""… that is behind it, at an open surface."""
+TURNING = wp.constant(3)
+"""… that its plane's normal tells: round a border it goes from one to the other."""
 
 
 @wp.struct
@@ -51,13 +61,14 @@ def tangent_plane(
     offset: wp.float64,
     near: wp.float64,
     ahead: wp.float64,
-    held: bool,
+    side: int,
     before: ToolPlane,
 ):
-    """Tangent plane of the smoothed surface near ``at``, and the distance from the facet [m].
+    """Tangent plane of the smoothed surface near ``at``, the distance from the facet [m], the side.
 
     A surface with borders has a back: a vertex that comes from behind meets it there, half the ply
-    thickness away. A border is a rounded edge: a flat end would push at once what comes from aside.
+    thickness away, and stays on its side from facet to facet, however these bend. A border is a
+    rounded edge: a flat end would push at once what comes from aside.
 
     Args:
         surfaces: the tools' facets.
@@ -67,8 +78,8 @@ def tangent_plane(
         offset: half the ply thickness [m].
         near: distance within which a vertex counts as near [m].
         ahead: farther distance that it may go before the next search [m].
-        held: whether the vertex had a plane before.
-        before: that plane.
+        side: `FRONT`, `BACK` or `TURNING` as the vertex was held before, `FREE` if it was not.
+        before: the plane that held it.
     """
     a = surfaces.corners[facet, 0]
     b = surfaces.corners[facet, 1]
@@ -90,23 +101,25 @@ def tangent_plane(
     height = wp.dot(normal, at - point)
     gap = height - offset
     aside = wp.length_sq(at - point) - height * height
-    border = is_on_border(w, surfaces.open_edges[facet])
+    border = is_on_edge(w, surfaces.borders[facet])
     chance = wp.min(wp.max(SINGLE, ALIKE * distance), ON_RIDGE * distance)
-    outside = height >= -chance and distance > zero
-    ridge = is_on_border(w, surfaces.ridges[facet])
+    outside = height >= -chance and wp.length_sq(at - point) > zero
+    ridge = is_on_edge(w, surfaces.ridges[facet])
     if outside and ridge:
-        normal = (at - flat) / distance  # round a ridge, which both of its facets see alike
-        height = distance
-        gap = distance - offset
+        height = wp.length(at - point)
+        normal = (at - point) / height  # round a ridge, which both of its facets see alike
+        gap = height - offset
     past_border = border and aside > offset * offset
     plane = no_plane()
+    now = wp.where(border, TURNING, FRONT)
     if surfaces.open[tool] == 1:
         alike = wp.dot(before.normal, normal)  # 1 while the vertex stays on its face
-        if held:
-            back = alike < zero or (border and alike < SAME_FACE)
-        else:
+        back = side == BACK
+        if side == FREE:
             back = height < -offset or (past_border and height < zero)
-        if back:
+        elif side == TURNING:
+            back = alike < zero
+        if back or (side != FREE and border and alike < SAME_FACE):
             if (border or ridge) and distance > zero:
                 normal = (at - flat) / distance
             else:
@@ -114,14 +127,14 @@ def tangent_plane(
             if distance - surfaces.sag[tool] <= near + ahead:
                 plane.normal = normal
                 plane.level = wp.dot(normal, point) + offset
-            return plane, distance
+            return plane, distance, wp.where(border, TURNING, BACK)
     if border and height > zero and aside > zero:  # round the border, from the front too
         normal = wp.normalize(at - point)
         gap = wp.length(at - point) - offset
         past_border = False
     inside = gap < wp.float64(0.0)
-    behind = gap < -near and not held  # an open surface, not pressed into it
+    behind = gap < -near and side == FREE  # an open surface, not pressed into it
     if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
         plane.normal = normal
         plane.level = wp.dot(normal, point) + offset
-    return plane, distance
+    return plane, distance, now

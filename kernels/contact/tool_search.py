@@ -9,11 +9,11 @@ kernel have one dimension.
 import warp as wp
 
 from ..sweep import Sweep
+from ..tool_pose import ToolPoses, velocity_from
 from .surface import to_single
 from .tool_contact import ToolHold, may_touch
 from .tool_facets import ToolSurfaces, is_still_nearest, nearest_facet
-from .tool_planes import ToolPlane, is_near, no_plane, plane_gap, tangent_plane
-from .tool_pose import ToolPoses, velocity_from
+from .tool_planes import FREE, ToolPlane, is_near, no_plane, plane_gap, tangent_plane
 
 
 @wp.struct
@@ -24,6 +24,7 @@ class ToolQuery:
     distance: wp.float64  # from the facets [m]
     way: wp.float64  # that it may move before it is looked at again or, if free, comes near [m]
     facet: wp.int32  # the nearest one, −1 if none
+    side: wp.int32  # of the plane there: `FRONT`, `BACK`, `TURNING`
     asked: wp.vec3d  # where the whole tool was asked for it, tool frame [m]
 
 
@@ -131,10 +132,12 @@ def find_tool_contacts(
                 if search.plain == 1:
                     bound = search.radius
                 facet = queries[slot].facet
+                side = wp.where(held, queries[slot].side, FREE)
+                now_on = side
                 served = held and wp.length(at - queries[slot].asked) < search.trust
                 if served and search.plain == 0 and is_still_nearest(surfaces, facet, at):
-                    plane, distance = tangent_plane(
-                        surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
+                    plane, distance, now_on = tangent_plane(
+                        surfaces, tool, facet, at, offset[i], near, ahead, side, planes[slot]
                     )
                 if not is_near(plane):
                     facet = nearest_facet(surfaces, tool, at, bound, search.radius)
@@ -142,11 +145,12 @@ def find_tool_contacts(
                     queries[slot].asked = at
                     distance = search.radius
                     if facet >= 0:
-                        plane, distance = tangent_plane(
-                            surfaces, tool, facet, at, offset[i], near, ahead, held, planes[slot]
+                        plane, distance, now_on = tangent_plane(
+                            surfaces, tool, facet, at, offset[i], near, ahead, side, planes[slot]
                         )
                 queries[slot].at = at
                 queries[slot].distance = distance
+                queries[slot].side = now_on
                 queries[slot].way = wp.max(distance - surfaces.sag[tool] - near, search.keep)
                 planes[slot] = plane
                 if held and not is_near(plane):  # slid past the tool's border

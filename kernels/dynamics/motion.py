@@ -5,8 +5,8 @@ Whatever depends on time reads ``step``, an integer on the device, and tables of
 
 import warp as wp
 
-from ..contact.tool_pose import TurningTools, rotation
 from ..sweep import Sweep
+from ..tool_pose import TurningTools, rotation
 
 
 @wp.struct

@@ -2,10 +2,22 @@
 
 import warp as wp
 
-from .facets import ZERO, Facets, Place, across, angle_of, exit_of, heading, in_space
+from .facets import ZERO, Facets, Place, angle_of, heading, in_space
 from .nodes import BEHIND, BORDER, COARSE, CUT_OFF, FINE, Net, put
 from .paths import straighten
-from .strips import AT_BORDER, OVERFULL, WALKED, WARP_STRIP, Strips, Walk, push, walk_straight
+from .strips import (
+    AT_BORDER,
+    ON_THE_WAY,
+    OVERFULL,
+    WALKED,
+    WARP_STRIP,
+    Step,
+    Strips,
+    Walk,
+    go_on,
+    set_out,
+    walk_straight,
+)
 
 
 @wp.func
@@ -83,33 +95,19 @@ def walk_in_plane(
         strips: take down the half-edges crossed.
         thread: whose strips.
     """
-    walk = Walk()
-    walk.place = start
-    left = wp.abs(length)
-    entry = wp.int32(-1)
+    step = Step()
+    step.walk = set_out(start, ZERO)
+    step.left = wp.abs(length)
     for _ in range(strips.edges.shape[2]):
-        along = in_plane(facets, walk.place.facet, normal)
+        along = in_plane(facets, step.walk.place.facet, normal)
         if length < ZERO:
             along = -along
-        walk.angle = angle_of(along)
-        out = exit_of(facets, walk.place, along, entry, left)
-        if out.edge < 0:
-            walk.place.at = walk.place.at + left * along
-            walk.ended = WALKED
-            return walk
-        half_edge = 3 * walk.place.facet + out.edge
-        if facets.twins[half_edge] < 0:
-            walk.place.at = walk.place.at + out.way * along
-            walk.ended = AT_BORDER
-            return walk
-        if push(facets, strips, thread, WARP_STRIP, half_edge) == 0:
-            walk.ended = OVERFULL
-            return walk
-        left = left - out.way
-        walk.place = across(facets, half_edge, out.share)
-        entry = facets.twins[half_edge] % 3
-    walk.ended = OVERFULL
-    return walk
+        step.walk.angle = angle_of(along)
+        step = go_on(facets, step.walk, along, step.left, strips, thread, WARP_STRIP)
+        if step.walk.ended != ON_THE_WAY:
+            return step.walk
+    step.walk.ended = OVERFULL
+    return step.walk
 
 
 @wp.func

@@ -3,6 +3,7 @@
 import warp as wp
 
 from .facets import (
+    Exit,
     Facets,
     Place,
     across,
@@ -25,8 +26,9 @@ WALKED = wp.constant(0)
 AT_BORDER = wp.constant(1)
 OVERFULL = wp.constant(2)
 ASTRAY = wp.constant(3)
-"""How a walk ended: there; at the surface's border; after more facets than a strip holds; or it did
-not find the facet that it looked for."""
+ON_THE_WAY = wp.constant(4)
+"""How a walk ended: there; at the surface's border; after more facets than a strip holds; it did
+not find the facet that it looked for; or it did not yet."""
 
 
 @wp.struct
@@ -45,7 +47,16 @@ class Walk:
 
     place: Place
     angle: wp.float64  # its direction there [rad]
+    entry: wp.int32  # corner at which the half-edge begins over which it came in, −1 if over none
     ended: wp.int32  # one of WALKED, AT_BORDER, …
+
+
+@wp.struct
+class Step:
+    """A walk after one facet more."""
+
+    walk: Walk
+    left: wp.float64  # of the way [m]
 
 
 @wp.func
@@ -74,6 +85,67 @@ def push(facets: Facets, strips: Strips, thread: int, which: int, half_edge: int
 
 
 @wp.func
+def set_out(place: Place, angle: wp.float64) -> Walk:
+    """A walk that begins."""
+    walk = Walk()
+    walk.place = place
+    walk.angle = angle
+    walk.entry = -1
+    walk.ended = ON_THE_WAY
+    return walk
+
+
+@wp.func
+def cross_edge(
+    facets: Facets, walk: Walk, out: Exit, strips: Strips, thread: int, which: int
+) -> Walk:
+    """Leave a facet for the one across, its direction unfolded; or end there."""
+    half_edge = 3 * walk.place.facet + out.edge
+    if facets.twins[half_edge] < 0:
+        walk.ended = AT_BORDER
+    elif push(facets, strips, thread, which, half_edge) == 0:
+        walk.ended = OVERFULL
+    else:
+        walk.angle = walk.angle + facets.turns[half_edge]
+        walk.place = across(facets, half_edge, out.share)
+        walk.entry = facets.twins[half_edge] % 3
+    return walk
+
+
+@wp.func
+def go_on(
+    facets: Facets,
+    walk: Walk,
+    along: wp.vec2d,
+    left: wp.float64,
+    strips: Strips,
+    thread: int,
+    which: int,
+) -> Step:
+    """Go straight on to the end of the way, or into the next facet.
+
+    Args:
+        facets: of the surface.
+        walk: so far.
+        along: unit direction in its facet.
+        left: of the way [m].
+        strips: take down the half-edges crossed.
+        thread: whose strips.
+        which: strip to lengthen.
+    """
+    step = Step()
+    step.walk = walk
+    out = exit_of(facets, walk.place, along, walk.entry, left)
+    step.walk.place.at = walk.place.at + out.way * along
+    step.left = left - out.way
+    if out.edge < 0:
+        step.walk.ended = WALKED
+    else:
+        step.walk = cross_edge(facets, step.walk, out, strips, thread, which)
+    return step
+
+
+@wp.func
 def walk_straight(
     facets: Facets,
     start: Place,
@@ -94,32 +166,16 @@ def walk_straight(
         thread: whose strips.
         which: strip to lengthen.
     """
-    walk = Walk()
-    walk.place = start
-    walk.angle = angle
-    left = length
-    entry = wp.int32(-1)
+    step = Step()
+    step.walk = set_out(start, angle)
+    step.left = length
     for _ in range(strips.edges.shape[2]):
-        along = heading(walk.angle)
-        out = exit_of(facets, walk.place, along, entry, left)
-        if out.edge < 0:
-            walk.place.at = walk.place.at + left * along
-            walk.ended = WALKED
-            return walk
-        half_edge = 3 * walk.place.facet + out.edge
-        if facets.twins[half_edge] < 0:
-            walk.place.at = walk.place.at + out.way * along
-            walk.ended = AT_BORDER
-            return walk
-        if push(facets, strips, thread, which, half_edge) == 0:
-            walk.ended = OVERFULL
-            return walk
-        left = left - out.way
-        walk.angle = walk.angle + facets.turns[half_edge]
-        walk.place = across(facets, half_edge, out.share)
-        entry = facets.twins[half_edge] % 3
-    walk.ended = OVERFULL
-    return walk
+        along = heading(step.walk.angle)
+        step = go_on(facets, step.walk, along, step.left, strips, thread, which)
+        if step.walk.ended != ON_THE_WAY:
+            return step.walk
+    step.walk.ended = OVERFULL
+    return step.walk
 
 
 @wp.func
@@ -146,9 +202,7 @@ def walk_towards(
         thread: whose strips.
         which: strip to lengthen.
     """
-    walk = Walk()
-    walk.place = start
-    entry = wp.int32(-1)
+    walk = set_out(start, wp.float64(0.0))
     for _ in range(strips.edges.shape[2]):
         if walk.place.facet == goal.facet:
             walk.place = goal
@@ -156,20 +210,14 @@ def walk_towards(
             return walk
         way = in_facet(facets, walk.place.facet, point) - walk.place.at
         far = wp.length(way)
-        out = edge_under(facets, walk.place, entry)
+        out = edge_under(facets, walk.place, walk.entry)
         if far > SAME_PLACE * facets.sides[walk.place.facet]:
-            out = exit_of(facets, walk.place, way / far, entry, wp.float64(1.0e9))
+            out = exit_of(facets, walk.place, way / far, walk.entry, wp.float64(1.0e9))
         if out.edge < 0:
             walk.ended = ASTRAY
             return walk
-        half_edge = 3 * walk.place.facet + out.edge
-        if facets.twins[half_edge] < 0:
-            walk.ended = AT_BORDER
+        walk = cross_edge(facets, walk, out, strips, thread, which)
+        if walk.ended != ON_THE_WAY:
             return walk
-        if push(facets, strips, thread, which, half_edge) == 0:
-            walk.ended = OVERFULL
-            return walk
-        walk.place = across(facets, half_edge, out.share)
-        entry = facets.twins[half_edge] % 3
     walk.ended = ASTRAY
     return walk

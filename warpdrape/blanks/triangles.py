@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from warpdrape.blanks.ply import Ply
 
 
 def yarn_gradients(
@@ -26,6 +31,11 @@ def yarn_gradients(
     grad_c = np.stack([-e1[:, 1], e1[:, 0]], 1) / twice[:, None]
     gradients = np.stack([grad_b @ warp, grad_c @ warp, grad_b @ weft, grad_c @ weft], 1)
     return gradients, 0.5 * np.abs(twice)
+
+
+def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
+    """`yarn_gradients` of a ply."""
+    return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
 
 
 def gradient_products(gradients: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from warpdrape.blanks.ply import Ply
 from warpdrape.contact.rims import over_ply
-from warpdrape.dynamics.start_check import points_between
+from warpdrape.contact.tools_at_start import points_between
 from warpdrape.setup import Setup
 from warpdrape.tools.floating import Float
 from warpdrape.tools.tool import Tool

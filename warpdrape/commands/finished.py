@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from warpdrape.errors import InputError
-from warpdrape.results.run_folder import RESULTS, RUN, as_json, partial_path
-from warpdrape.results.run_record import run_record
-from warpdrape.results.run_tables import check_whole, load_json, read_summary
-from warpdrape.results.same_scene import scene_difference
+from warpdrape.results.run_folder import RESULTS, partial_path
+from warpdrape.results.run_tables import check_whole, read_record, read_summary
+from warpdrape.results.same_scene import record_difference, record_of
 from warpdrape.setup import Setup
 from warpdrape.stops import asked_to_end
 
 _OF_CALL = ("scene", "digest", "extensions")
+_OF_RUN = ("call", "versions", "frames", "device")
 
 
 def holds_results(folder: Path) -> bool:
@@ -34,17 +33,16 @@ def what_differs(folder: Path, scene: Setup, *, frames: int, device: str) -> str
     try:
         check_whole(folder)
         summary = read_summary(folder)
-        record = load_json(folder / RUN)
-        call, version = record["call"], record["versions"]["warpdrape"]
-        there = record["frames"], record["device"]
-    except (InputError, KeyError, TypeError) as error:
-        return f"no finished run ({error})" if isinstance(error, InputError) else "a damaged run"
+        record = read_record(folder, needed=_OF_RUN)
+    except InputError as error:
+        return f"no finished run ({error})"
+    call, version = record["call"], record["versions"]["warpdrape"]
+    there = record["frames"], record["device"]
     if summary["status"] != "completed":
         way = ", and warpdrape resume goes on with it" if asked_to_end(summary["message"]) else ""
         return f"a run that failed ({summary['message']}{way})"
-    wanted: dict[str, Any] = as_json(run_record(scene, None, frames, 1), "run")
-    other = scene_difference(record, scene)
-    if other:
+    wanted = record_of(scene, frames)
+    if other := record_difference(record, wanted):
         return other
     if any(call.get(name) != wanted["call"].get(name) for name in _OF_CALL):
         return "a run of another script, or of the script as it was before"

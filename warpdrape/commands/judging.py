@@ -86,11 +86,12 @@ def _own_thresholds(folder: Path) -> DefectThresholds:
     """The thresholds of a run, from its record."""
     from warpdrape.defects.thresholds import DefectThresholds
     from warpdrape.results.run_folder import RUN
-    from warpdrape.results.run_tables import AGAIN, load_json
+    from warpdrape.results.run_tables import AGAIN, read_record
 
+    record = read_record(folder, needed=("defect_thresholds",))
     try:
-        return DefectThresholds(**load_json(folder / RUN)["defect_thresholds"])
-    except (KeyError, TypeError, InputError) as error:
+        return DefectThresholds(**record["defect_thresholds"])
+    except (TypeError, InputError) as error:
         raise InputError(
             f"{folder / RUN} has no thresholds of defects that are known here ({error}): {AGAIN}"
         ) from error

@@ -22,27 +22,26 @@ def across_edges(triangles: np.ndarray) -> np.ndarray:
     return beside.reshape(-1, 3)
 
 
-def open_edge_bits(triangles: np.ndarray) -> np.ndarray:
-    """Bit e is set where the edge opposite corner e belongs to no other triangle, shape [m]."""
-    key = _edge_keys(np.asarray(triangles))
-    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
-    single = (count[index] == 1).reshape(key.shape)
-    return (single * np.array([1, 2, 4])).sum(1).astype(np.int32)
-
-
-def border_bits(triangles: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """Bit e where nothing lies beyond edge e, 3 + k where corner k ends such an edge, shape [m].
+def edge_bits(triangles: np.ndarray, marked: np.ndarray) -> np.ndarray:
+    """Bit e where the edge across from corner e is marked, 3 + k where corner k ends such an edge.
 
     Args:
         triangles: vertices, shape [m, 3].
-        beside: from `across_edges`, shape [m, 3].
+        marked: edges, shape [m, 3].
+
+    Returns:
+        shape [m].
     """
-    is_open = beside < 0
-    at_border = np.zeros(triangles.max() + 1, dtype=bool)
+    at_end = np.zeros(triangles.max() + 1, dtype=bool)
     for k in range(3):
-        at_border[triangles[is_open[:, k]][:, [k - 2, k - 1]]] = True
-    bits = np.hstack([is_open, at_border[triangles]]) @ (1, 2, 4, 8, 16, 32)
+        at_end[triangles[marked[:, k]][:, [k - 2, k - 1]]] = True
+    bits = np.hstack([marked, at_end[triangles]]) @ (1, 2, 4, 8, 16, 32)
     return bits.astype(np.int32)
+
+
+def border_bits(triangles: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """`edge_bits` of the edges beyond which nothing lies; ``beside`` is from `across_edges`."""
+    return edge_bits(triangles, beside < 0)
 
 
 def facet_hollows(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -19,11 +19,8 @@ from warpdrape.kernels.contact.folds import Patches
 from warpdrape.kernels.contact.on_ply import PlySearch
 from warpdrape.setup import Setup
 from warpdrape.state import PlyState
-from warpdrape.timing import Timing, peak_speed
+from warpdrape.timing import Timing, ask_every, peak_speed
 
-ASK_EVERY = int(look_ahead.ASK_EVERY)
-"""Contact searches from one in which every point asks for the nearest facet of a ply to the next
-such one; between, it walks from the facet that it remembers."""
 FADING = 2e-4
 """Time in which a penetration that appeared by a jump of the gap is pushed out [s].
 
@@ -174,7 +171,7 @@ def ply_search(
     search.thickness = thickness
     interval = timing.search_every * timing.time_step
     search.interval = interval
-    search.asked = interval * (ASK_EVERY if scene.numerics.contact == "fast" else 1)
+    search.asked = interval * ask_every(scene.numerics)
     search.keep = math.exp(-interval / FADING)
     search.ease = PUSH_OUT * peak_speed(scene) * interval
     return search

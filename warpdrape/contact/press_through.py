@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact.slots import SlotMemory
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share
 from warpdrape.kernels.contact.on_ply import Slots
@@ -50,15 +49,7 @@ class Pressing:
 
 def build(scene: Setup) -> Pressing | None:
     """None where nothing asks what contacts press with."""
-    return Pressing() if asked_for(scene) else None
-
-
-def asked_for(scene: Setup) -> bool:
-    """Whether yarns rub where they cross."""
-    cards = (ply.fabric.crossover for ply in scene.plies)
-    return scene.approach == SLIDING_YARNS and any(
-        card is not None and card.yarn_friction > 0.0 for card in cards
-    )
+    return Pressing() if scene.yarns_rub else None
 
 
 def of_vertices(run: Run, first_slot: int, slots: Slots, bodies: Bodies) -> tuple[Launch, ...]:

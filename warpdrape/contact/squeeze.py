@@ -6,14 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
 from warpdrape.contact.tool_contact import ToolContact, ToolMemory
 from warpdrape.contact.tool_features import FeatureContact, FeatureContactMemory
 from warpdrape.interaction import Interaction
+from warpdrape.kernels.contact.passages import find_gaps
 from warpdrape.state import State
 
 OPPOSED = -0.5
 """Cosine between the tools' normals below which they press against each other [-]."""
+FAR = 10.0
+"""Distance over a ply's thickness up to which it is looked how far tools are apart [-]."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +29,15 @@ class Squeeze:
         tools: numbers of the tools.
         depth: by how much they are too close, beyond what the ply's compaction law holds [m].
         thickness: of the ply [m].
+        apart: distance of the tools there [m]. Of a triangle that a feature presses it may be more
+            than the ply needs: it spans, flat as it is, a hollow that the feature reaches into.
     """
 
     vertex: int
     tools: tuple[int, int]
     depth: float
     thickness: float
+    apart: float
 
     @property
     def share(self) -> float:
@@ -68,7 +75,8 @@ class _Held:
     ) -> None:
         count, x = len(contact.meshes), state.plies.x.numpy()
         planes = memory.planes.numpy().reshape(count, -1)
-        poses = state.tools.poses()
+        self.meshes, self.poses = contact.meshes, state.tools.poses()
+        poses = self.poses
         at = np.array([pose.into(x) for pose in poses])
         self.depth = np.maximum(planes["level"] - (planes["normal"] * at).sum(axis=2), 0.0)
         turned = [pose.direct(n) for pose, n in zip(poses, planes["normal"], strict=True)]
@@ -91,8 +99,9 @@ def _between_vertices(held: _Held) -> Squeeze | None:
             k = int(np.argmax(share))
             if share[k] > worst:
                 worst = float(share[k])
-                thickness = float(held.thickness[at[k]])
-                found = Squeeze(int(at[k]), (other, one), float(depth[k]), thickness)
+                thickness, least = float(held.thickness[at[k]]), float(held.rooms[at[k]])
+                apart = thickness - least - float(depth[k])
+                found = Squeeze(int(at[k]), (other, one), float(depth[k]), thickness, apart)
     return found
 
 
@@ -120,5 +129,33 @@ def _at_features(
             worst = float(share[k])
             tools = (min(int(own[k]), other), max(int(own[k]), other))
             thickness = float(held.thickness[nearest[k]])
-            found = Squeeze(int(nearest[k]), tools, float(depth[k]), thickness)
+            point = contact.features.points.numpy()[pressing[k] % contact.count]
+            apart = _apart(held, (int(own[k]), other), point, -kept["normal"][k], FAR * thickness)
+            found = Squeeze(int(nearest[k]), tools, float(depth[k]), thickness, apart)
     return found
+
+
+def _apart(
+    held: _Held, tools: tuple[int, int], point: np.ndarray, outward: np.ndarray, reach: float
+) -> float:
+    """Distance of a point of one tool from another that faces it, ``reach`` at most [m].
+
+    Args:
+        held: the tools.
+        tools: numbers of the one and the other.
+        point: in the one tool's frame [m], shape [3].
+        outward: unit normal there, as the tool has turned, shape [3].
+        reach: how far to look [m].
+    """
+    (one, ground), mesh = (held.poses[tool] for tool in tools), held.meshes[tools[1]]
+    device = mesh.device
+    gap = wp.zeros(1, dtype=wp.float32, device=device)
+    place, direction = (
+        wp.array(a[None], dtype=wp.vec3f, device=device)
+        for a in (point, one.into_directions(outward))
+    )
+    between = wp.mat33f(*(ground.turned.T @ one.turned).ravel())
+    shift = wp.vec3f(*ground.into(one.shift))
+    inputs = [place, direction, mesh.id, between, shift, reach]
+    wp.launch(find_gaps, 1, inputs=inputs, outputs=[gap], device=device)
+    return float(gap.numpy()[0])

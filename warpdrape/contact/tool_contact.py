@@ -14,18 +14,18 @@ from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
 from warpdrape.contact.ply_surfaces import PlySurfaces
 from warpdrape.contact.tool_heat import ToolHeat, tool_heat
-from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.interaction import Bodies, Launches, Measured, Share, Span, Swept
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_contact import ToolHold, add_tool_forces
 from warpdrape.kernels.contact.tool_facets import ToolSurfaces
 from warpdrape.kernels.contact.tool_planes import ToolPlane
-from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.kernels.contact.tool_search import ToolQuery, ToolSearch, find_tool_contacts
+from warpdrape.kernels.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing
+from warpdrape.tool_pose import tool_poses, turning_tools
 
 SEARCH_BEYOND = 2e-3
 """How far past the near zone a tool query looks [m]; what it finds farther off need not be asked

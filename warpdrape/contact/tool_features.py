@@ -15,16 +15,16 @@ from warpdrape.contact.friction import rubs
 from warpdrape.contact.law import contact_law
 from warpdrape.contact.ply_surfaces import PlySurfaces, ply_search
 from warpdrape.contact.pressure import on_corners
-from warpdrape.contact.tool_pose import tool_poses, turning_tools
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.contact import on_ply
 from warpdrape.kernels.contact import tool_features as kernels
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_features import Features, SearchedPly
-from warpdrape.kernels.contact.tool_pose import TurningTools
+from warpdrape.kernels.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import Across, Apart
 from warpdrape.timing import Timing
+from warpdrape.tool_pose import tool_poses, turning_tools
 
 
 @dataclass(frozen=True, eq=False)

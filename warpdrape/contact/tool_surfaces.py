@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from warpdrape.contact.adjacency import (
-    across_edges,
-    facet_hollows,
-    open_edge_bits,
-)
+from warpdrape.contact.adjacency import across_edges, border_bits, edge_bits, facet_hollows
 from warpdrape.contact.friction import rubs
 from warpdrape.kernels.contact.tool_facets import ToolSurfaces
 from warpdrape.setup import Setup
@@ -38,8 +34,9 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
     surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
     surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
     surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
-    open_edges = [open_edge_bits(tool.triangles) for tool in scene.tools] or [np.zeros(0)]
-    surfaces.open_edges = wp.array(np.concatenate(open_edges), dtype=wp.int32, device=device)
+    borders = [border_bits(t.triangles, across_edges(t.triangles)) for t in scene.tools]
+    borders = np.concatenate(borders or [np.zeros(0)])
+    surfaces.borders = wp.array(borders, dtype=wp.int32, device=device)
     sag = [largest_sag(tool) for tool in scene.tools]
     surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
     hollow = [facet_hollows(tool.vertices, tool.triangles) for tool in scene.tools]
@@ -71,20 +68,23 @@ def contact_normals(tool: Tool) -> np.ndarray:
 
 
 def ridge_bits(tool: Tool) -> np.ndarray:
-    """Bit e where facets meet at the edge across from corner e, and no true surface is known, [m].
+    """`edge_bits` of the edges at which a tool's surface bends sharply, shape [facet].
 
-    Where such an edge is nearest, on the side to which it sticks out, the distance from the facets
-    is that from the edge.
+    Where such an edge is nearest, on the side to which it sticks out, the distance from the tool is
+    that from the edge. Of a known true surface these are the edges at whose ends the normals of the
+    two facets differ; where none is known facets are flat, and all edges between them bend.
     """
     triangles = np.asarray(tool.triangles)
-    bits = np.zeros(len(triangles), dtype=np.int32)
-    if tool.surface.exact:
-        return bits
-    face = contact_normals(tool)[:, 0]
+    normals = contact_normals(tool)
+    marked = np.zeros(triangles.shape, dtype=bool)
     for corner, other in enumerate(across_edges(triangles).T):
-        sharp = (face[other] * face).sum(axis=1) < SMOOTH
-        bits |= np.where((other >= 0) & sharp, 1 << corner, 0).astype(np.int32)
-    return bits
+        alike = np.full(len(triangles), np.inf)
+        for end in (corner - 2, corner - 1):
+            same = triangles[other] == triangles[:, [end]]
+            beyond = np.where(same[..., None], normals[other], 0.0).sum(axis=1)
+            alike = np.minimum(alike, (beyond * normals[:, end]).sum(axis=1))
+        marked[:, corner] = (other >= 0) & (alike < SMOOTH)
+    return edge_bits(triangles, marked)
 
 
 def largest_sag(tool: Tool) -> float:

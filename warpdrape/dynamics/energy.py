@@ -78,9 +78,9 @@ def internal_energy(model: Model, state: State) -> float:
 
 
 def taken_energy(model: Model, state: State) -> float:
-    """Stored in the plies, and lost by their matrices: what deforming them took [J]."""
+    """Stored in the plies, and lost where they flow: what deforming them took [J]."""
     shown = of_forces(model, measure(model, state))
-    return sum(_total(shown).values()) + _total(shown, "lost").get("matrix_viscosity", 0.0)
+    return sum(_total(shown).values()) + sum(each.flowed for each in shown)
 
 
 def of_forces(model: Model, measured: Sequence[Measured]) -> Sequence[Measured]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from types import ModuleType
 
+import numpy as np
 import warp as wp
 
 from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.contact import (
     edge_contact,
     heat,
+    law,
     ply_contact,
     ply_surfaces,
     press_through,
@@ -17,7 +19,7 @@ from warpdrape.contact import (
     tool_contact,
     tool_features,
 )
-from warpdrape.contact.compaction import build_pads
+from warpdrape.contact.compaction import build_pads, too_hard
 from warpdrape.contact.features import has_features
 from warpdrape.forces import (
     bending,
@@ -48,8 +50,8 @@ alone. Its elements say how parts on several threads share out a ply."""
 FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
-"""Modules of contacts: ``build``; what they take of the step is `contact.law.step_share`. After
-them come `heat` and `press_through`, which take up what they pass."""
+"""Modules of contacts: ``build``. After them come `heat` and `press_through`, which take up what
+they pass."""
 
 
 def membrane_of(scene: Setup) -> ModuleType:
@@ -60,6 +62,16 @@ def membrane_of(scene: Setup) -> ModuleType:
 def forces_of(scene: Setup) -> tuple[ModuleType, ...]:
     """The modules of forces, the membranes' first."""
     return (membrane_of(scene), *FORCES)
+
+
+def step_share(scene: Setup) -> float:
+    """What takes of the 4 in (Δt ω)² ≤ 4 beside what `forces_of` bound by ω²: contacts, slides.
+
+    Raises:
+        InputError: if they leave no stable step.
+    """
+    contacts = law.step_share(scene)
+    return contacts + sliding_yarns.slides_share(scene, contacts)
 
 
 def build_contacts(
@@ -84,3 +96,15 @@ def build_contacts(
     found = [thing for thing in (surfaces, *built) if thing is not None]
     after = (heat.build(scene, found, device), press_through.build(scene))
     return (*found, *(thing for thing in after if thing is not None))
+
+
+def doubts(scene: Setup, spans: tuple[Span, ...], timing: Timing, masses: np.ndarray) -> list[str]:
+    """Warnings of what forces and contacts cannot do at the step of a run, in words.
+
+    Args:
+        scene: what is computed.
+        spans: where plies are.
+        timing: the steps.
+        masses: of vertices [kg], shape [vertex].
+    """
+    return too_hard(scene, spans, timing, masses)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.forces.membrane import flat_gradients
+from warpdrape.blanks.triangles import flat_gradients
 from warpdrape.materials.law_curves import sample_couples
 from warpdrape.materials.law_data import initial_shear_stiffness, tension_stiffness
 from warpdrape.materials.laws import Unwoven

@@ -8,15 +8,13 @@ from itertools import accumulate
 import numpy as np
 import warp as wp
 
-from warpdrape.contact import press_through
-from warpdrape.contact.tool_pose import turning_tools
 from warpdrape.dynamics.floating import floating_tools
 from warpdrape.dynamics.interactions import build_contacts, forces_of
 from warpdrape.dynamics.selective_mass import SelectiveMass, build_selective_mass, start_scaled
 from warpdrape.dynamics.time_step import LumpedMass, lump_masses
 from warpdrape.interaction import Force, Interaction, Span
-from warpdrape.kernels.contact.tool_pose import TurningTools
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
+from warpdrape.kernels.tool_pose import TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import (
     State,
@@ -28,6 +26,7 @@ from warpdrape.state import (
     start_tools,
 )
 from warpdrape.timing import Timing, peak_speed, plan_steps
+from warpdrape.tool_pose import turning_tools
 
 RUNAWAY = 100.0
 """Vertex speed over the tools' that counts as blown up [-], but not below 500 m/s."""
@@ -155,7 +154,7 @@ def initial_state(model: Model) -> State:
         clamps=start_clamps(scene, n, ahead, device),
         loads=start_loads(scene, ahead, device),
         heat=start_heat(scene, device),
-        pressing=start_pressing(n, device) if press_through.asked_for(scene) else None,
+        pressing=start_pressing(n, device) if scene.yarns_rub else None,
         scaled=start_scaled(n, device) if model.selective else None,
         memory=tuple(thing.start() for thing in model.interactions),
         step=wp.zeros(1, dtype=wp.int32, device=device),

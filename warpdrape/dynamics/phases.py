@@ -10,12 +10,12 @@ from functools import partial
 
 import warp as wp
 
-from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.dynamics import integration
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import launches_of, shares, split
 from warpdrape.interaction import Launch, Launches
 from warpdrape.state import State, all_arrays, copied
+from warpdrape.timing import ask_every
 
 LAUNCHES = 20
 """Steps of one phase that are timed together."""
@@ -64,6 +64,7 @@ def time_phases(
     (share,) = shares(model, 1)
 
     count, every = min(LAUNCHES, model.timing.steps_ahead), model.timing.search_every
+    cycle = ask_every(model.scene.numerics)
     costs: dict[str, float] = {}
     searches: dict[str, float] = {}
     of_each = launches_of(model, share, scratch)
@@ -76,8 +77,8 @@ def time_phases(
             costs[thing.name] = timed(_captured(run, model.device, count)) / count
         if thing.searches:
             asking, walking = _searches(launches, model.device)
-            spent = timed(asking) + (ASK_EVERY - 1) * timed(walking)
-            searches[thing.searches] = spent / (ASK_EVERY * every)
+            spent = timed(asking) + (cycle - 1) * timed(walking)
+            searches[thing.searches] = spent / (cycle * every)
     for mesh, before in zip(meshes, points, strict=True):  # the run's searches go on asking them
         wp.copy(mesh.points, before)
         mesh.refit()

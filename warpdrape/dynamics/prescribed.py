@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from warpdrape.dynamics.model import Model
-from warpdrape.forces.pressure import along_normals
 from warpdrape.over_time import over_time
 from warpdrape.setup import Setup
 from warpdrape.state import ClampState, State, ToolState
 from warpdrape.tools.floating import Float
+from warpdrape.tools.pressure import along_normals
 
 
 def prescribe(model: Model, state: State, times: np.ndarray) -> None:
@@ -30,7 +30,7 @@ def prescribe(model: Model, state: State, times: np.ndarray) -> None:
     state.loads.damping.assign(over_time(scene.numerics.damping, time))
     state.loads.process.assign(scene.process_time(time))
     if scene.pressures:
-        state.loads.pressure.assign(along_normals(scene, time))
+        state.loads.pressure.assign(along_normals(scene.pressures, time))
     state.step.zero_()
 
 

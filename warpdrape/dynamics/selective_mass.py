@@ -19,10 +19,9 @@ import numpy as np
 import scipy.sparse as sparse
 import warp as wp
 
-from warpdrape.blanks.triangles import highest_frequency_squared
+from warpdrape.blanks.triangles import flat_gradients, highest_frequency_squared
 from warpdrape.dynamics.interactions import membrane_of
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import flat_gradients
 from warpdrape.kernels.dynamics.selective_mass import Filter, Power
 from warpdrape.setup import Setup
 

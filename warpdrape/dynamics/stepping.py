@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import warp as wp
 
-from warpdrape.contact.ply_surfaces import ASK_EVERY
 from warpdrape.dynamics import integration
 from warpdrape.dynamics.cores import SpareCores
 from warpdrape.dynamics.crew import Barrier, Crew
@@ -19,7 +18,7 @@ from warpdrape.dynamics.partition import Part, split
 from warpdrape.dynamics.prescribed import prescribe
 from warpdrape.interaction import Launch, Swept
 from warpdrape.state import State
-from warpdrape.timing import frame_times
+from warpdrape.timing import ask_every, frame_times
 
 FEW_STEPS = range(6, 13)
 """Steps that one graph may hold: a replay costs some 10 µs, less than a hundredth of six steps."""
@@ -239,7 +238,7 @@ class Stepper:
         self._barrier = Barrier(threads) if several else None
         self._crew: Crew | None = None
         self.blocks, self._asking = blocks, True
-        self._ask_every = 1 if model.scene.numerics.contact == "exact" else ASK_EVERY
+        self._ask_every = ask_every(model.scene.numerics)
 
     def close(self) -> None:
         """End the threads."""

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdrape.contact.law import step_share
-from warpdrape.dynamics.interactions import forces_of
+from warpdrape.blanks.triangles import flat_gradients
+from warpdrape.dynamics.interactions import forces_of, step_share
 from warpdrape.dynamics.selective_mass import Polynomial, choose_polynomial, laplacian_bound
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import flat_gradients
-from warpdrape.forces.sliding_yarns import slides_share
 from warpdrape.setup import Setup
 
 
@@ -41,8 +39,7 @@ def stable_step(highest: float, taken: float) -> float:
 
     Args:
         highest: bound on ω² of the forces [1/s²].
-        taken: what contacts and slides take of the 4 in (Δt ω)² ≤ 4, from `step_share` and
-            `slides_share` [-].
+        taken: of the 4 in (Δt ω)² ≤ 4, from `step_share` [-].
     """
     if not (math.isfinite(highest) and highest > 0.0):
         raise InputError(
@@ -64,7 +61,6 @@ def lump_masses(scene: Setup) -> LumpedMass:
         InputError: if selective mass scaling cannot do what is asked.
     """
     taken = step_share(scene)
-    taken += slides_share(scene, taken)
     numerics, allowed = scene.numerics, np.inf
     if numerics.minimum_time_step is not None:
         share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step

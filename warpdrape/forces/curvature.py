@@ -8,13 +8,12 @@ from slopes at its edges (the divergence theorem for ∇∇x):
 t_e, n_e are an edge's direction and outward normal, g_e = n_e · ½ (G_a + G_b) the slope across it,
 the mean of gradients G at its ends. Both triangles at an edge feel the same g_e, so that nothing is
 left of it on a linear field; and as G is exact on quadratics, so is H. (A subspace of Morley's
-plate element 1968, with its edge slopes tied to vertices.) G at a vertex comes from a quadratic
-least-squares fit through it over its neighbours; where a clamp holds the slope, G is the clamp's.
+plate element 1968, with its edge slopes tied to vertices.) G at a vertex comes from a fit
+(`vertex_gradients`); where a clamp holds the slope, G is the clamp's.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -22,24 +21,9 @@ import numpy as np
 from scipy import sparse
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.blanks.triangles import flat_gradients
+from warpdrape.forces.vertex_gradients import signed_areas, vertex_gradients
 from warpdrape.setup import Setup
-
-CORE = 0.2
-"""Weights of the fit are 1/(CORE + d²/h²) at distance d, with h² the area of a vertex [-]."""
-POOREST_FIT = 1e-3
-"""Share of its largest eigenvalue from which one of a fit's normal matrix counts [-]."""
-INEXACT = 1e-6
-"""Error of a gradient on quadratics, over 1, above which the ring round a vertex grows [-]. A ring
-of four that is symmetric leaves a quadratic undetermined, and gives the gradient all the same."""
-FEWEST = 4
-"""Others that a fit takes at least [-]."""
-LARGEST_WEIGHTS = 3.5
-"""… and it takes more while its weights, times h, add up to more than this [-]."""
-WIDEST = 3
-"""Rings beyond which a fit is taken as it is: a mesh of so few vertices shows no curvature."""
-TIE = 1e-6
-"""Others whose distances differ by less than this share are taken together, or not at all [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +77,7 @@ def curvature_operator(
     free = sparse.diags((held < 0).astype(float))
     fits = [free @ gradient for gradient in (across, along)]
     ends = _held_ends(held, clamps)
-    areas = _areas(points, triangles)
+    areas = signed_areas(points, triangles)
     rows = [sparse.csr_matrix((m, n)) for _ in range(3)]
     slopes = [sparse.csr_matrix((m, 2 * clamps)) for _ in range(3)]
     pairs = ((0, 0), (1, 1), (0, 1))
@@ -127,99 +111,10 @@ def _held_ends(held: np.ndarray, clamps: int) -> list[sparse.csr_matrix]:
     ]
 
 
-def vertex_gradients(
-    points: np.ndarray, triangles: np.ndarray
-) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """∂/∂X and ∂/∂Y at vertices [1/m], exact on quadratics, each shape [vertex, vertex]."""
-    n = len(points)
-    sides = np.concatenate([triangles[:, [k, k - 1]] for k in range(3)])
-    beside = sparse.csr_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(n, n))
-    beside = ((beside + beside.T) > 0).astype(np.int8).tocsr()
-    size = np.sqrt(np.bincount(triangles.ravel(), np.repeat(_areas(points, triangles) / 3.0, 3), n))
-    reach, left = beside, np.arange(n)
-    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    for ring in range(1, WIDEST + 1):
-        rest = []
-        counts = np.diff(reach.indptr)[left] - (reach.diagonal()[left] != 0)
-        for count in np.unique(counts):
-            group = left[counts == count]
-            others, apart = _rings(points, reach, group, int(count))
-            for some in range(min(FEWEST, int(count)), int(count) + 1):
-                coefficients, good = _fits(points, size, group, others[:, :some])
-                good = (good & apart[:, some - 1]) | (ring == WIDEST and some == count)
-                found.append((group[good], others[good, :some], coefficients[good]))
-                group, others, apart = group[~good], others[~good], apart[~good]
-            rest.append(group)
-        left = np.concatenate(rest)
-        if not len(left):
-            break
-        reach = ((reach @ beside + reach) > 0).astype(np.int8).tocsr()
-    matrices = []
-    for axis in (0, 1):
-        entries = [np.r_[c[:, axis].ravel(), -c[:, axis].sum(axis=1)] for _, _, c in found]
-        at = [np.r_[np.repeat(g, o.shape[1]), g] for g, o, _ in found]
-        of = [np.r_[o.ravel(), g] for g, o, _ in found]
-        index = (np.concatenate(at), np.concatenate(of))
-        matrices.append(sparse.csr_matrix((np.concatenate(entries), index), shape=(n, n)))
-    return tuple(matrices)
-
-
-def _rings(
-    points: np.ndarray, reach: sparse.csr_matrix, group: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The others within reach of each of a group, all with so many, nearest first.
-
-    Returns:
-        Vertices, shape [k, count], and whether the next one is farther off, likewise.
-    """
-    rows = reach[group]
-    own = np.repeat(group, np.diff(rows.indptr))
-    others = rows.indices[rows.indices != own].reshape(len(group), count)
-    distance = np.linalg.norm(points[others] - points[group][:, None], axis=2)
-    order = np.argsort(distance, axis=1, kind="stable")
-    distance = np.take_along_axis(distance, order, axis=1)
-    apart = np.ones(distance.shape, dtype=bool)
-    apart[:, :-1] = distance[:, 1:] > (1.0 + TIE) * distance[:, :-1]
-    return np.take_along_axis(others, order, axis=1), apart
-
-
-def _fits(
-    points: np.ndarray, size: np.ndarray, group: np.ndarray, others: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient weights of quadratic fits through each vertex of a group, and which are good.
-
-    Returns:
-        Weights of (x_j − x_v) for ∂/∂X and ∂/∂Y [1/m], shape [k, 2, others], and a mask [k].
-    """
-    scale = size[group][:, None]
-    d = (points[others] - points[group][:, None]) / scale[..., None]
-    u, v = d[..., 0], d[..., 1]
-    # √½ makes the eigenvalues below the same for a blank that lies turned
-    design = np.stack([u, v, 0.5 * u * u, math.sqrt(0.5) * u * v, 0.5 * v * v], axis=2)
-    weight = 1.0 / (CORE + u * u + v * v)
-    transposed = np.swapaxes(design * weight[..., None], 1, 2)
-    normal = transposed @ design
-    values, modes = np.linalg.eigh(normal)
-    counted = values > POOREST_FIT * values[:, -1:]
-    inverse = counted / np.where(counted, values, 1.0)
-    gradient = (modes * inverse[:, None]) @ np.swapaxes(modes, 1, 2) @ transposed
-    gradient = gradient[:, :2]
-    miss = np.abs(gradient @ design - np.eye(5)[:2]).max(axis=(1, 2))
-    weights = np.linalg.norm(gradient, axis=1).sum(axis=1)
-    good = (miss < INEXACT) & (weights < LARGEST_WEIGHTS)
-    return gradient / scale[..., None], good
-
-
 def _picked(index: np.ndarray, n: int) -> sparse.csr_matrix:
     """X ↦ x[index], shape [m, n]."""
     m = len(index)
     return sparse.csr_matrix((np.ones(m), (np.arange(m), index)), shape=(m, n))
-
-
-def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    e, f = b - a, c - a
-    return 0.5 * (e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
 
 
 def _interleaved(blocks: list[sparse.csr_matrix]) -> sparse.csr_matrix:
@@ -263,7 +158,7 @@ def out_of_plane(ply: Ply, points: np.ndarray, curvature: np.ndarray) -> np.ndar
         curvature: κ1 and κ2 of the triangles [1/m], shape [triangle, 2, 3].
     """
     triangles = np.asarray(ply.mesh.triangles)
-    gradients, areas = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
+    gradients, areas = flat_gradients(ply)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     ab, ac = b - a, c - a
     normal = np.cross(ab, ac)

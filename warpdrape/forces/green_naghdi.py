@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import highest_frequency_squared
+from warpdrape.blanks.triangles import flat_gradients, highest_frequency_squared
 from warpdrape.forces.hypoelastic import StressedMembranes, build_stressed, refuse_rubber
-from warpdrape.forces.membrane import flat_gradients, yarn_viscosity
+from warpdrape.forces.membrane import yarn_viscosity
 from warpdrape.forces.membrane_stiffness import stabiliser_range
 from warpdrape.interaction import Span
 from warpdrape.kernels.forces.objective_rates import polar_rows

@@ -14,13 +14,9 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.triangles import flat_gradients
 from warpdrape.errors import InputError
-from warpdrape.forces.membrane import (
-    flat_gradients,
-    strain_entries,
-    summary_of_softening,
-    yarn_viscosity,
-)
+from warpdrape.forces.membrane import strain_entries, summary_of_softening, yarn_viscosity
 from warpdrape.forces.membrane_stiffness import patch_stabilisers
 from warpdrape.forces.pairs import patches_of
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span

@@ -10,8 +10,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import gradient_products
-from warpdrape.forces.membrane import flat_gradients
+from warpdrape.blanks.triangles import flat_gradients, gradient_products
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.matrix import (
     MatrixLaw,
@@ -137,7 +136,11 @@ class Matrices:
                 readings[f"{self.names[number]}_mean_temperature_k"] = float(warmth.mean())
         readings["matrix_lag_deg"] = lag
         return Measured(
-            {"matrix": stored}, {"matrix_viscosity": lost}, tuple(fields), readings=readings
+            {"matrix": stored},
+            {"matrix_viscosity": lost},
+            tuple(fields),
+            flowed=lost,
+            readings=readings,
         )
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:

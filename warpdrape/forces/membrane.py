@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import highest_frequency_squared, yarn_gradients
+from warpdrape.blanks.triangles import flat_gradients, highest_frequency_squared
 from warpdrape.forces.membrane_stiffness import (
     patch_stabilisers,
     sheet_stiffness,
@@ -205,11 +205,6 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Membranes:
         scene.numerics.yarn_softening,
         tuple(not isinstance(ply.fabric.tension, Unwoven) for ply in scene.plies),
     )
-
-
-def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
-    """`yarn_gradients` of a ply."""
-    return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
 
 
 def frequencies(scene: Setup, number: int) -> np.ndarray:

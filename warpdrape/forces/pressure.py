@@ -13,9 +13,7 @@ from warpdrape.forces.load_work import work_done
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.pressure import add_pressure
 from warpdrape.setup import Setup
-
-UPWARDS = {"lower": 1.0, "upper": -1.0}
-"""Sign along the normals of a ply's triangles, which point up where it lies flat."""
+from warpdrape.tools.pressure import UPWARDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +113,6 @@ class Pressures:
             for name in names
         ]
         return {"pressures": entries}, []
-
-
-def along_normals(scene: Setup, times: np.ndarray) -> np.ndarray:
-    """Pressures along the normals of plies' triangles [Pa] at times [s], shape [load, time]."""
-    rows = [UPWARDS[pressure.side] * pressure.at(times) for pressure in scene.pressures]
-    return np.array(rows).reshape(len(rows), len(times))
 
 
 def frequencies(scene: Setup, number: int) -> np.ndarray:

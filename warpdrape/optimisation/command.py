@@ -15,6 +15,7 @@ from warpdrape.optimisation.book import Book
 from warpdrape.optimisation.methods import check_method
 from warpdrape.optimisation.optimise_file import Task, read_optimisation
 from warpdrape.optimisation.runner import Runner
+from warpdrape.studies.ending import ends_as_interrupted
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import COMPLETED, Job
 
@@ -42,7 +43,8 @@ def optimise(arguments: argparse.Namespace) -> str:
     folder = StudyFolder(arguments.out or Path(OUT, task.study.name))
     folder.take()
     try:
-        return _run(task, folder, arguments, workers)
+        with ends_as_interrupted():
+            return _run(task, folder, arguments, workers)
     finally:
         folder.release()
 
@@ -117,7 +119,8 @@ class _Workers:
         from warpdrape.studies.running import as_they_end
 
         if self._client is None:
-            self._client = self._stack.enter_context(connected(self._scheduler, self._count))
+            workers = connected(self._scheduler, self._count, self._say)
+            self._client = self._stack.enter_context(workers)
         for outcome in as_they_end(self._client, jobs, self._folder, self._say):
             if outcome["status"] != COMPLETED:
                 self._say(f"run {outcome['run']} {outcome['status']}: {outcome['message']}")

@@ -42,7 +42,34 @@ class _Wanted(Exception):
 
 
 class _Broken(Exception):
-    """A run beside that does not count, or slopes that are none: the descent ends there."""
+    """A run beside does not count: the descent ends there."""
+
+
+class NoSlope(Exception):
+    """Slopes by two steps that disagree: the descent ends there.
+
+    Args:
+        measure: 0 for the objective, from 1 on constraints in their order.
+        axis: along which.
+        wide: change of what is kept small over the whole axis, by the larger step.
+        narrow: likewise by half of it.
+    """
+
+    def __init__(self, measure: int, axis: int, wide: float, narrow: float) -> None:
+        super().__init__("no slope to be trusted")
+        self.measure, self.axis, self.wide, self.narrow = measure, axis, wide, narrow
+
+    def words(self, axes: Sequence[Axis], aims: Aims) -> str:
+        """What to do about it, with measure and parameter as their file names them."""
+        aim = (*aims.objectives, *aims.constraints)[self.measure]
+        name = axes[self.axis].varied.name
+        wide, narrow = aim.sign * self.wide, aim.sign * self.narrow
+        return (
+            f"optimise: method = 'gradient': the measure of '{aim.words}' changes with {name} by "
+            f"{wide:.3g} over its range by one step and by {narrow:.3g} by half of it: that is no "
+            "slope to be trusted; take method = 'gp', which is the default, or leave "
+            f"{name} as it is"
+        )
 
 
 def refuse_gradient(axes: Sequence[Axis], aims: Aims, *, coarse: bool) -> None:
@@ -75,7 +102,8 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
         seed: of where the next descent begins.
 
     Raises:
-        InputError: where the slopes at the first beginning are not to be trusted.
+        NoSlope: where the slopes at the first beginning are not to be trusted.
+        InputError: where a run for them does not count.
     """
     runs = {_key(each.place): each.score for each in known}
     used: set[Place] = set()
@@ -85,12 +113,18 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
         if place in used or not each.score.counts:
             continue
         try:
-            _descend(_Runs(runs, used), place, [axis.varied.name for axis in axes])
+            _descend(_Runs(runs, used), place)
         except _Wanted as wanted:
             return wanted.places[:count]
+        except NoSlope:
+            if first:
+                raise
         except _Broken as why:
             if first:
-                raise InputError(str(why)) from why
+                raise InputError(
+                    f"optimise: method = 'gradient': {why}: begin elsewhere by [optimise.start], "
+                    "or take method = 'gp', which is the default"
+                ) from why
         first = False
     return random_places(axes, 1, seed)
 
@@ -149,13 +183,13 @@ def _sides(at: float, step: float) -> tuple[float, float]:
 
 def _column(score: Score) -> np.ndarray:
     if not score.counts:
-        raise _Broken(f"a run for a slope does not count ({score.why})")
+        raise _Broken(f"a run for the slopes does not count ({score.why})")
     return np.array([*score.objectives, *score.excess])
 
 
-def _descend(runs: _Runs, begin: Place, names: Sequence[str]) -> None:
+def _descend(runs: _Runs, begin: Place) -> None:
     """Do a descent to its end, on runs that are there."""
-    scale = _scale_of(runs, begin, names)
+    scale = _scale_of(runs, begin)
     begun = _column(runs.score(begin)) / scale
 
     def at(place: np.ndarray) -> np.ndarray:
@@ -187,19 +221,13 @@ def _descend(runs: _Runs, begin: Place, names: Sequence[str]) -> None:
     )
 
 
-def _scale_of(runs: _Runs, begin: Place, names: Sequence[str]) -> np.ndarray:
+def _scale_of(runs: _Runs, begin: Place) -> np.ndarray:
     """The steepest slope of each measure, shape [1 + excess]; raise where one is none."""
     narrow = runs.slopes(begin, 0.5 * STEP)
     wide = runs.slopes(begin, STEP)
     steepest = np.maximum(np.abs(narrow), np.abs(wide)).max(axis=1)
     bad = ~agree(wide, narrow, FLAT * steepest[:, None])
     if bad.any():
-        row, column = np.argwhere(bad)[0]
-        what = "the objective" if row == 0 else f"the measure of constraint {row}"
-        raise _Broken(
-            f"optimise: method = 'gradient': {what} changes with {names[column]} by "
-            f"{wide[row, column]:.3g} over its range by one step and by {narrow[row, column]:.3g} "
-            "by half of it: that is no slope to be trusted; take method = 'gp', which is the "
-            f"default, or leave {names[column]} as it is"
-        )
+        row, column = map(int, np.argwhere(bad)[0])
+        raise NoSlope(row, column, float(wide[row, column]), float(narrow[row, column]))
     return np.where(steepest > 0.0, steepest, 1.0)

@@ -23,7 +23,7 @@ from warpdrape.optimisation.book import (
     Trial,
 )
 from warpdrape.optimisation.cost import coarse_cost, pairs_of, spent
-from warpdrape.optimisation.descent import GRADIENT
+from warpdrape.optimisation.descent import GRADIENT, NoSlope
 from warpdrape.optimisation.fidelity import Shares, corrected, promoted, shares_of
 from warpdrape.optimisation.known import Known
 from warpdrape.optimisation.methods import METHODS
@@ -125,7 +125,10 @@ def _places(runner: Runner, kind: str, batch: int, count: int) -> list[Place]:
     known = _known(runner, kind)
     if wanted and any(each.score.counts for each in known):
         seed = _seed(task.seed, batch, _MODEL)
-        spread += METHODS[task.method](axes, known, wanted, seed)
+        try:
+            spread += METHODS[task.method](axes, known, wanted, seed)
+        except NoSlope as error:
+            raise InputError(error.words(axes, task.aims)) from error
     elif wanted:
         spread += random_places(axes, wanted, _seed(task.seed, batch, _MODEL))
     return _new_ones(spread, tried, random_places(axes, 200, _seed(task.seed, batch, _ELSE)))

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from warpdrape.errors import InputError
 from warpdrape.materials.bending import Bending, BendingCurve
 from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.crossover import Crossover
@@ -26,7 +25,7 @@ from warpdrape.materials.matrix import Heat, Matrix
 from warpdrape.materials.viscosity import WLF, Arrhenius, Cross, Newtonian, PowerLaw
 from warpdrape.report.markup import Html, element, joined, table
 from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY
-from warpdrape.results.run_tables import load_json
+from warpdrape.results.run_tables import read_record
 from warpdrape.wording import units
 
 FILES = (SCENE, HISTORY, SUMMARY, RUN)
@@ -76,18 +75,13 @@ _KINDS = {
 """Records whose docstrings tell the units of what a fabric's card holds."""
 
 
-def read_record(folder: Path) -> dict[str, Any] | None:
+def record_of(folder: Path) -> dict[str, Any] | None:
     """What ``run.json`` holds; None where there is none, as in folders of older versions.
 
     Raises:
         InputError: if it is damaged.
     """
-    if not (folder / RUN).is_file():
-        return None
-    record = load_json(folder / RUN)
-    if not isinstance(record, dict):
-        raise InputError(f"{folder / RUN} is no record of a run: run the scene again")
-    return record
+    return read_record(folder) if (folder / RUN).is_file() else None
 
 
 def record_section(record: Mapping[str, Any] | None) -> Html:

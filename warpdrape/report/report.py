@@ -17,7 +17,7 @@ from warpdrape.report.curves import curves
 from warpdrape.report.markup import Html, element, joined
 from warpdrape.report.packing import Blocks
 from warpdrape.report.page import licences, page
-from warpdrape.report.record import FILES, differing, digests, read_record, record_section
+from warpdrape.report.record import FILES, differing, digests, record_of, record_section
 from warpdrape.report.rest_match import match_plies
 from warpdrape.report.run_data import PlyFrames, RunFrames, pack_run, read_frames
 from warpdrape.report.words import result_section, side_by_side, verdict_words
@@ -119,7 +119,7 @@ def _names(folders: Sequence[Path]) -> list[str]:
 
 def _read(folder: Path, name: str, frames: int | None, share: float) -> _Run:
     reader = RunReader(folder)
-    return _Run(name, reader, read_frames(reader, frames, share), read_record(folder))
+    return _Run(name, reader, read_frames(reader, frames, share), record_of(folder))
 
 
 def _text(runs: Sequence[_Run]) -> str:

@@ -24,8 +24,8 @@ from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY
 from warpdrape.results.run_tables import (
     AGAIN,
     check_whole,
-    load_json,
     read_history,
+    read_record,
     read_summary,
 )
 from warpdrape.results.usd import PlyFrame
@@ -91,21 +91,12 @@ class RunReader:
         Raises:
             InputError: if ``run.json`` is missing or damaged.
         """
-        if not (self.folder / RUN).is_file():
-            raise InputError(f"run folder {self.folder} holds no {RUN}: {AGAIN}")
-        record = load_json(self.folder / RUN)
-        try:
-            names = [ply["fabric"] for ply in record["plies"]]
-            names_of = [ply["name"] for ply in record["plies"]]
-            found = [float(record["fabrics"][name]["thickness"]) for name in names]
-            found = [found[names_of.index(name)] for name in self._names()]
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(
-                f"{self.folder / RUN} has no thickness of the plies: it is damaged; {AGAIN}"
-            ) from error
-        if len(found) != len(self.summary["plies"]):
+        record = read_record(self.folder, needed=("plies", "fabrics"))
+        fabric_of = {ply["name"]: record["fabrics"][ply["fabric"]] for ply in record["plies"]}
+        names = self._names()
+        if not fabric_of.keys() >= set(names):
             raise InputError(f"{self.folder / RUN} has other plies than {SUMMARY}: {AGAIN}")
-        return found
+        return [float(fabric_of[name]["thickness"]) for name in names]
 
     def woven(self) -> RunReader:
         """The run with the plies only that have yarns: no sheets of rubber, no films.

@@ -14,8 +14,7 @@ from warpdrape.errors import InputError
 from warpdrape.results.defects import DefectWatch, defect_columns, defect_entries
 from warpdrape.results.read_run import RunReader
 from warpdrape.results.result import FormedPly, Result
-from warpdrape.results.run_folder import RUN
-from warpdrape.results.run_tables import AGAIN, load_json
+from warpdrape.results.run_tables import AGAIN, read_record
 from warpdrape.results.same_scene import THRESHOLDS, scene_difference
 from warpdrape.setup import Setup
 from warpdrape.tools.pose import Pose, pose_between
@@ -82,9 +81,7 @@ def _check(reader: RunReader, scene: Setup) -> None:
         )
     if reader.summary["status"] != "completed":
         raise InputError(f"run folder {folder}: the run failed: {reader.summary['message']}")
-    record = load_json(folder / RUN)
-    other = "a run of something else" if not isinstance(record, dict) else ""
-    other = other or scene_difference(record, scene, without=OF_NO_DEFECT)
+    other = scene_difference(read_record(folder), scene, without=OF_NO_DEFECT)
     if not other:
         other = _other_meshes(reader.result(0), scene)
     if other:

@@ -1,24 +1,24 @@
-"""Summary and history of a run folder, read back and checked; nothing in it is executed."""
+"""Summary, record and history of a run folder, read back and checked; nothing is executed."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warpdrape.errors import InputError
-from warpdrape.results.run_folder import HISTORY, SCENE, SUMMARY, partial_path
-from warpdrape.results.summary_form import odd_entries
+from warpdrape.results import record_form, summary_form
+from warpdrape.results.run_folder import HISTORY, RUN, SCENE, SUMMARY, partial_path
 
 AGAIN = "run the scene again"
 """What to do about a damaged folder."""
 FEW = 4
-"""Odd entries of a summary that are named."""
+"""Odd entries of a file that are named."""
 
 
 def check_whole(folder: Path) -> None:
@@ -82,13 +82,35 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise InputError(
             f"run folder {folder}: the run failed before its first frame: {summary.get('message')}"
         )
-    if odd := odd_entries(summary):
+    _refuse_odd(path, summary_form.odd_entries(summary))
+    return summary
+
+
+def read_record(folder: Path, needed: Collection[str] = ()) -> dict[str, Any]:
+    """The record of a run folder; raise `InputError` where there is none, or it is damaged.
+
+    Args:
+        folder: of a run.
+        needed: entries that must be there, which records of older versions may lack.
+    """
+    path = folder / RUN
+    if not path.is_file():
+        raise InputError(f"run folder {folder} holds no {RUN}: {AGAIN}")
+    record = load_json(path)
+    if not isinstance(record, dict):
+        raise InputError(f"{path} is no record of a run: {AGAIN}")
+    _refuse_odd(path, record_form.odd_entries(record, needed))
+    return record
+
+
+def _refuse_odd(path: Path, odd: Sequence[str]) -> None:
+    """Raise `InputError` where entries of a file are not as a run writes them."""
+    if odd:
         names = ", ".join(odd[:FEW]) + (f" and {len(odd) - FEW} more" if len(odd) > FEW else "")
         raise InputError(
             f"{path} has no usable {names}: it is of another version, damaged, or changed by hand; "
             f"{AGAIN}"
         )
-    return summary
 
 
 def read_history(folder: Path) -> Mapping[str, np.ndarray]:

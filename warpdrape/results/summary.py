@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from warpdrape.blanks.triangles import area_percentile, yarn_gradients
-from warpdrape.contact.compaction import too_hard
+from warpdrape.blanks.triangles import area_percentile, flat_gradients
 from warpdrape.defects.limits import limits_entry
+from warpdrape.dynamics.interactions import doubts
 from warpdrape.dynamics.loading import Loading, reference_energy
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
@@ -114,7 +114,7 @@ def summarise(
         of_forces.update(own)
         warnings += complaints
     warnings += loading.warnings()
-    warnings += too_hard(model.scene, model.spans, model.timing, model.masses.mass)
+    warnings += doubts(model.scene, model.spans, model.timing, model.masses.mass)
     for ply, formed in zip(model.scene.plies, plies, strict=True):
         warnings += [beyond.words(ply.name) for beyond in beyond_data(ply, formed)]
     entries: dict[str, Any] = {
@@ -222,7 +222,7 @@ def _ply_entry(
 ) -> dict[str, Any]:
     ply = model.scene.plies[number]
     shear = np.abs(formed.shear_angle_deg)
-    _, areas = yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+    _, areas = flat_gradients(ply)
     of_forces: dict[str, float] = {}
     for force, shown in zip(model.forces, measured, strict=False):
         of_forces |= force.ply_entries(shown.fields[number])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +20,13 @@ if TYPE_CHECKING:
 CONNECT_S = 20
 """Longest wait for a scheduler's answer [s]."""
 WORKERS_S = 120
-"""Longest wait for all workers that are made here [s]."""
-
+"""Longest wait for workers that are made here: for all at first, for any later on [s]."""
+LOOK_S = 5.0
+"""How often it is looked whether any is there [s]."""
+KEEPER_LOST = (
+    "A process that kept a worker has died, and its worker with it: another is begun in its place, "
+    "and goes on with what that was at."
+)
 
 _TALKERS = ("distributed", "tornado", "asyncio")
 QUIET = {
@@ -35,7 +41,9 @@ QUIET = {
 
 
 @contextmanager
-def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
+def connected(
+    scheduler: str | None, workers: int | None, say: Callable[[str], None] = lambda _: None
+) -> Iterator[Client]:
     """A client of a scheduler, or of one made here with its workers for the time being.
 
     Workers made here are processes that do one run each at a time, and end when this process does,
@@ -44,17 +52,18 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
     Args:
         scheduler: address, such as ``tcp://head:8786``; None to make one.
         workers: processes to make, None for one a core.
+        say: takes a line of what has happened to workers made here; from another thread.
 
     Raises:
         InputError: if the extra is not installed, or nobody answers at the address.
-        RunFailed: if workers made here do not come up.
+        RunFailed: if workers made here do not come up, or are gone and no other does.
     """
     distributed = needed("distributed", "studies")
     for name in [*_TALKERS, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] in _TALKERS:
             logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is said here
     if scheduler is None:
-        with _local(distributed, workers or physical_cores()) as client:
+        with _local(distributed, workers or physical_cores(), say) as client:
             yield client
         return
     try:
@@ -70,7 +79,7 @@ def connected(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 
 
 @contextmanager
-def _local(distributed: Any, workers: int) -> Iterator[Client]:
+def _local(distributed: Any, workers: int, say: Callable[[str], None]) -> Iterator[Client]:
     import dask
 
     temporary = tempfile.TemporaryDirectory(prefix="warpdrape-study-", ignore_cleanup_errors=True)
@@ -79,17 +88,54 @@ def _local(distributed: Any, workers: int) -> Iterator[Client]:
             with (
                 _cluster(distributed, workers, place) as cluster,
                 distributed.Client(cluster, set_as_default=False) as client,
+                _attended(cluster),
             ):
                 yield client
             return
+
+        def begin_another() -> None:
+            say(KEEPER_LOST)
+            cluster.scale(len(cluster.worker_spec) + 1)
+
         with (
-            keepers(distributed, workers, place) as call,
+            keepers(distributed, workers, place) as kept,
             _cluster(distributed, 0, place) as cluster,
             distributed.Client(cluster, set_as_default=False) as client,
+            kept.watched(cluster.loop.asyncio_loop, begin_another),
+            _attended(cluster),
         ):
-            call(cluster.scheduler_address)
+            kept.tell(cluster.scheduler_address)
             _wait(client, workers)
             yield client
+
+
+@contextmanager
+def _attended(cluster: Any) -> Iterator[None]:
+    """End the block when the cluster has had no worker for too long, where it would wait for ever.
+
+    Raises:
+        RunFailed: then, as its client waits in vain.
+    """
+
+    async def look() -> None:
+        alone = 0.0
+        while alone < WORKERS_S:
+            await asyncio.sleep(LOOK_S)
+            alone = 0.0 if cluster.scheduler.workers else alone + LOOK_S
+        await cluster.scheduler.close()
+
+    looking = asyncio.run_coroutine_threadsafe(look(), cluster.loop.asyncio_loop)
+    try:
+        yield
+    except RunFailed as error:
+        if not looking.done():
+            raise
+        raise RunFailed(
+            f"all workers have died, and no other came up within {WORKERS_S:g} s: the machine may "
+            "be short of memory; take fewer --workers"
+        ) from error
+    finally:
+        looking.cancel()
 
 
 def _wait(client: Client, workers: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.progress import in_words
 from warpdrape.studies.design import Row
 from warpdrape.studies.effects import effects
+from warpdrape.studies.ending import ends_as_interrupted
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import COMPLETED
 from warpdrape.studies.parameters import exact
@@ -48,7 +50,8 @@ def study(arguments: argparse.Namespace) -> str:
     folder = StudyFolder(arguments.out or Path(OUT, asked.name))
     folder.take()
     try:
-        return _run(asked, folder, arguments, workers)
+        with ends_as_interrupted():
+            return _run(asked, folder, arguments, workers)
     finally:
         folder.release()
 
@@ -77,24 +80,29 @@ def _run(
             f"{str(reason) or 'interrupted'}: {len(outcomes)} of {len(rows)} runs have ended; "
         )
         cut_off += "start it again and it goes on"
+    before = time.process_time()
     table, files = write_report(asked, folder, rows, outcomes)
     print(study_text(asked, table, files))
     if cost is not None and cost.runs_s > 0.0:
-        print(cost_text(cost))
+        print(cost_text(cost, time.process_time() - before))
     if not cut_off and not table.completed.any():
         return "no run completed; table.csv says why of each"
     return cut_off
 
 
-def cost_text(cost: Cost) -> str:
-    """What a study took beyond its runs: to start the workers, once, and to keep them at it."""
-    words = [
+def cost_text(cost: Cost, report_s: float) -> str:
+    """What a study took beyond its runs: to start workers, to keep them at it, for its report.
+
+    Args:
+        cost: of its runs and workers.
+        report_s: processor time of table and report [s].
+    """
+    parts = ((cost.start_s, "to start"), (cost.order_s, "for order"), (report_s, "for the report"))
+    start, order, report = (
         f"{_short(seconds)} ({100.0 * seconds / cost.runs_s:.1f} %) {what}"
-        for seconds, what in ((cost.start_s, "to start"), (cost.order_s, "for order"))
-    ]
-    return (
-        f"processor time: {in_words(cost.runs_s)} in runs, {' and '.join(words)}, the report apart"
+        for seconds, what in parts
     )
+    return f"processor time: {in_words(cost.runs_s)} in runs, {start}, {order} and {report}"
 
 
 def _short(seconds: float) -> str:

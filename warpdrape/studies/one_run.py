@@ -92,7 +92,7 @@ def do_run(job: Job, pause: float = 0.0) -> dict[str, Any]:
         done = _known(folder.outcome(job.number), job)
         if done is not None:
             return done
-        begun = (time.perf_counter(), _cpu())
+        begun = (time.perf_counter(), _cpu(), _watch())
         try:
             status, message, more = _compute(job, folder)
         except _Busy as error:
@@ -103,8 +103,9 @@ def do_run(job: Job, pause: float = 0.0) -> dict[str, Any]:
             status, message, more = FAILED, str(error) or "out of memory", {}
         except Exception as error:
             status, message, more = FAILED, _unexpected(error), {}
-        wall, cpu = time.perf_counter() - begun[0], _cpu() - begun[1]
-        more |= {"wall_s": wall, "cpu_s": cpu, "worker_cpu_s": _cpu()}
+        watch = _watch() - begun[2]
+        wall, cpu = time.perf_counter() - begun[0], _cpu() - begun[1] - watch
+        more |= {"wall_s": wall, "cpu_s": cpu, "watch_s": watch, "worker_cpu_s": _cpu()}
         outcome = ended(job, status, message, **more)
         write_json(folder.outcome(job.number), outcome)
         return outcome
@@ -231,3 +232,16 @@ def _unexpected(error: Exception) -> str:
 def _cpu() -> float:
     """Processor time of this process so far [s]."""
     return time.process_time()
+
+
+def _watch() -> float:
+    """Of that, what its main thread took, in which Dask answers the scheduler beside a run [s].
+
+    Zero where the run is done in that thread, or the system does not say.
+    """
+    main = threading.main_thread()
+    if threading.current_thread() is main or main.ident is None:
+        return 0.0
+    if not hasattr(time, "pthread_getcpuclockid"):
+        return 0.0
+    return time.clock_gettime(time.pthread_getcpuclockid(main.ident))

@@ -63,7 +63,7 @@ class Cost:
         self.runs_s += outcome["cpu_s"]
         who = (outcome["host"], outcome["process"])
         ended = outcome["worker_cpu_s"]
-        begun = ended - outcome["cpu_s"]
+        begun = ended - outcome["cpu_s"] - outcome["watch_s"]
         self.workers[who] = max(self.workers.get(who, 0.0), ended)
         self.starts[who] = min(self.starts.get(who, begun), begun)
 
@@ -167,7 +167,7 @@ def run_study(
     if outcomes:
         progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
     before, children = time.process_time(), _children_s()
-    with connected(scheduler, workers) as client, closing(progress):
+    with closing(progress), connected(scheduler, workers, progress.say) as client:
         cost.own_start_s = time.process_time() - before
         for outcome in as_they_end(client, jobs, folder, progress.say):
             outcomes[outcome["run"]] = outcome

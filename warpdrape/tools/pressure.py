@@ -11,6 +11,9 @@ from warpdrape.errors import InputError, finite, one_of, positive, said
 from warpdrape.over_time import table_over_time, through
 from warpdrape.tools.motion import smooth_ramp
 
+UPWARDS = {"lower": 1.0, "upper": -1.0}
+"""Sign along the normals of a ply's triangles, which point up where it lies flat."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pressure:
@@ -82,3 +85,9 @@ class Pressure:
         if inside.size == 0:
             raise InputError(f"pressure {self.name!r} acts on no triangle of ply {self.ply!r}")
         return inside
+
+
+def along_normals(pressures: Sequence[Pressure], times: np.ndarray) -> np.ndarray:
+    """Pressures along the normals of plies' triangles [Pa] at times [s], shape [load, time]."""
+    rows = [UPWARDS[pressure.side] * pressure.at(times) for pressure in pressures]
+    return np.array(rows).reshape(len(rows), len(times))

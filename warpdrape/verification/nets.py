@@ -32,6 +32,11 @@ LEAST_START, LEAST_COUNTS = (0.25 + 6 * DEMO_SPACING, 0.25 - 4 * DEMO_SPACING), 
 within its bounds of 10 nodes and 10°."""
 
 
+MEAN = 0.05
+"""Limit of the mean shear angle [deg], over which cells that are off either way level out: single
+ones are allowed six times as much."""
+
+
 def turned_sphere(subdivisions: int) -> trimesh.Trimesh:
     """A sphere of nearly equal facets, turned so that no yarn runs along their edges."""
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=RADIUS)
@@ -167,6 +172,6 @@ def by_other_means(quick: bool) -> Iterator[CaseResult]:
         found, exact = np.degrees(against_oracle(*case, edge))
         words, size, by_others = f"fishnet on {words}", np.abs(found), np.abs(exact)
         yield absolute(f"{words}: largest shear angle", size.max(), by_others.max(), 0.3, "°")
-        yield absolute(f"{words}: mean shear angle", size.mean(), by_others.mean(), 0.3, "°")
+        yield absolute(f"{words}: mean shear angle", size.mean(), by_others.mean(), MEAN, "°")
         differ = np.abs(found - exact).max()
         yield absolute(f"{words}: largest difference of a cell", differ, 0.0, 0.3, "°")

@@ -85,6 +85,7 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
         compaction,
         coupons,
         drape,
+        flange,
         friction,
         hypoelastic,
         invariance,
@@ -106,7 +107,8 @@ def _groups(quick: bool, folder: Path) -> Iterator[Iterable[CaseResult]]:
     yield nets.nets(quick)
     yield bulge.bulge(quick)
     yield rubber.rubber_sheets(quick)
-    yield wrinkling.wrinkling(quick)
+    yield wrinkling.stretched_sheets(quick)
+    yield flange.flange(quick)
     yield drape.drape(quick)
     yield invariance.invariance(quick)
     yield hypoelastic.hypoelastic(quick)

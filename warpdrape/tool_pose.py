@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from warpdrape.kernels.contact.tool_pose import ToolPoses, TurningTools
+from warpdrape.kernels.tool_pose import ToolPoses, TurningTools
 from warpdrape.setup import Setup
 from warpdrape.state import ToolState
 
