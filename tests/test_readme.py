@@ -1,11 +1,13 @@
 """The README's example runs, and prints what the README says."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
-README = Path(__file__).parents[1].joinpath("README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 (EXAMPLE,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 SMALLER = {
     '"cells": 12': '"cells": 6',
@@ -37,6 +39,23 @@ def test_example_runs(capsys):
 def test_example_is_short():
     statements = [line for line in EXAMPLE.splitlines() if line and "import" not in line]
     assert len(statements) <= 11
+
+
+def test_files_that_commands_read_are_in_a_fresh_clone():
+    """What they read that no command before them has made."""
+    made, read = set(), []
+    for line in "".join(re.findall(r"```sh\n(.*?)```", README, re.DOTALL)).splitlines():
+        program, *words = shlex.split(line, comments=True) or ["nothing"]
+        if program != "warpdrape":
+            continue
+        if "--out" in words:
+            made.add(words[words.index("--out") + 1])
+        if words[0] in ("new", "run"):
+            made.add(f"{words[1]}.py" if words[0] == "new" else f"runs/{words[1]}")
+        paths = [word for word in words if "/" in word or word.endswith((".toml", ".py"))]
+        read += [path for path in paths if path not in made]
+    assert len(read) >= 5
+    assert [path for path in read if not (ROOT / path).is_file()] == []
 
 
 @pytest.mark.slow

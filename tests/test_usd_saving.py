@@ -10,11 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from pxr import Sdf, Tf, Usd, UsdGeom
-from synthetic_run import frames_at, shapes, writer_in
+from synthetic_run import blank, frames_at, shapes, writer_in
 from test_engine import small_press
 
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results import usd
+from warpdrape.results.fields import FIELDS
 from warpdrape.results.usd import PlyFrame, PlyShape, UsdWriter
 from warpdrape.results.usd_layer import check_space
 
@@ -31,6 +32,31 @@ def test_a_frame_takes_no_more_than_its_numbers(tmp_path):
     # positions, normals; directions, colours and 5 scalars; a tenth for the layer's own tables
     numbers = 3 * (24 * vertices + 56 * triangles)
     assert (sizes[1] - sizes[0]) / 20 < 1.1 * numbers
+
+
+def test_a_frame_of_every_quantity_takes_no_more_than_its_numbers(tmp_path):
+    """As in a stack of plies that bend: some 90 bytes a triangle and frame."""
+    rng, rest, triangles = np.random.default_rng(0), *blank(20)
+    at = {name: [f for f in FIELDS if f.at_vertices == name] for name in (True, False)}
+    dry = [f.name for f in at[True] if "slide" not in f.name and f.name != "temperature"]
+    plies = [PlyShape("ply", rest, triangles, dry, [f.name for f in at[False][7:]])]
+
+    def values(field):
+        if field.vector:
+            return rng.standard_normal(field.shape(len(rest), len(triangles)))
+        return rng.random(field.shape(len(rest), len(triangles)))
+
+    sizes = []
+    for frames in (2, 22):
+        with UsdWriter(tmp_path / f"{frames}.usdc", plies) as writer:
+            for k in range(frames):
+                some = {f.name: values(f) for f in FIELDS if f in at[False] or f.name in dry}
+                writer.write(k, 0.01 * k, [PlyFrame(rng.random(rest.shape), **some)])
+        sizes.append((tmp_path / f"{frames}.usdc").stat().st_size)
+    numbers = sum(np.size(each) for each in some.values()) + 6 * len(rest) + 3 * len(triangles)
+    frame = (sizes[1] - sizes[0]) / 20
+    assert 0.95 * 4 * numbers < frame < 1.05 * 4 * numbers
+    assert 88 < frame / len(triangles) < 105  # more vertices a triangle than in a large mesh
 
 
 def test_killed_run_leaves_its_frames(tmp_path):
