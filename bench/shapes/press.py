@@ -12,6 +12,15 @@ SHAPES = ("square_box", "tetrahedron", "prism", "double_dome")
 FORCES = (20, 100, 500, 2000)
 LAYUPS = (("0/0", 0.3), ("0/90", 0.3), ("0/45", 0.0), ("0/45", 0.1), ("0/45", 0.3), ("0/45", 0.6))
 STACK: dict[str, Any] = {"holder_force": 50, "bending": 0.001, "cells": 24}
+DRAGGED = (
+    ("0/0", 0.0),
+    ("0/0", 0.6),
+    ("0/45", 0.0),
+    ("0/45", 0.2),
+    ("0/45", 0.4),
+    ("0/45", 0.6),
+)
+"""Lay-ups and frictions of two plies that stay flat."""
 FINE: dict[str, Any] = {"bending": 0.003, "cells": 30}
 FINE_CASES = (
     (35, "0/0", 0.3),
@@ -133,6 +142,38 @@ def two_plies(runs: Runs) -> str:
         run = runs.run("stacked_hemisphere", layup=layup, ply_friction=friction, **STACK)
         rows.append([layup, f"{friction:g}", *_stack_cells(run)])
     return markdown(("lay-up", "friction", *OF_A_STACK), rows)
+
+
+def two_plies_drag(runs: Runs) -> str:
+    """What friction between two plies does where they stay flat: the press by default."""
+    rows = []
+    for layup, friction in DRAGGED:
+        run = runs.run("stacked_hemisphere", layup=layup, ply_friction=friction, cells=24)
+        plies, history = run.summary["plies"], run.result.history
+        slip = max(each["max_net_slip_m"] for each in run.summary["interfaces"])
+        rows.append(
+            [
+                layup,
+                f"{friction:g}",
+                f"{1e3 * slip:.0f} mm",
+                f"{history['punch_force_n'][-1]:.0f} N",
+                f"{history['friction_j'][-1]:.2f} J",
+                ", ".join(f"{ply['max_shear_deg']:.1f}°" for ply in plies),
+                ", ".join(f"{1e3 * ply['draw_in_m']['bias']:.1f} mm" for ply in plies),
+                _stack_cells(run)[0],
+            ]
+        )
+    headings = (
+        "lay-up",
+        "friction",
+        "largest slide between them",
+        "punch at the end",
+        "lost to friction",
+        "largest shear of lower and upper ply",
+        "draw-in between the yarns",
+        "waves",
+    )
+    return markdown(headings, rows)
 
 
 def two_plies_fine(runs: Runs) -> str:

@@ -14,6 +14,7 @@ from press import (
     shapes,
     tetrahedron_force,
     two_plies,
+    two_plies_drag,
     two_plies_fine,
 )
 from runs import Runs
@@ -28,6 +29,7 @@ TABLES: dict[str, tuple[str, Callable[[Runs], str]]] = {
     "double_dome_fabrics": ("benchmarks/double_dome.md", double_dome_fabrics),
     "double_dome_part": ("benchmarks/double_dome.md", double_dome_part),
     "two_plies": ("benchmarks/two_plies.md", two_plies),
+    "two_plies_drag": ("benchmarks/two_plies.md", two_plies_drag),
     "two_plies_fine": ("benchmarks/two_plies.md", two_plies_fine),
     "bending_hemisphere": ("benchmarks/bending.md", bending_hemisphere),
     "bending_drape": ("benchmarks/bending.md", bending_drape),
