@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from warpdrape.dynamics.model import Model
+from warpdrape.interaction import Measured
+from warpdrape.results.result import FormedPly
 from warpdrape.results.soundness import ENERGY_FAILURE, ENERGY_WARNING, Soundness
 
 
@@ -78,4 +81,38 @@ def untouched(model: Model, history: Mapping[str, np.ndarray], loose: Sequence[s
             f"ply {name!r} was neither held nor touched by anything: look at where it lies"
             for name in loose
         ]
+    return found
+
+
+def come_away(
+    model: Model, measured: Sequence[Measured], plies: Sequence[FormedPly], loose: Sequence[str]
+) -> list[str]:
+    """Warnings of plies that have left their stack: nothing holds them, or presses on them now.
+
+    A patch under the others, over the hole of a die, falls as soon as these slow down. A ply has
+    left where all its vertices are farther from every other ply's than its longest side.
+
+    Args:
+        model: the model.
+        measured: what forces and contacts show at the end.
+        plies: at the end.
+        loose: names of those that nothing ever touched, which are told of already.
+    """
+    if len(plies) == 1:
+        return []
+    held = {c.ply for c in model.scene.clamps} | {s.ply for s in model.scene.springs} | set(loose)
+    pressed = sum(rows.sum(axis=0) for each in measured for rows in each.pressing.values())
+    pressed = np.broadcast_to(pressed, model.spans[-1].vertices.stop)
+    found = []
+    for number, (ply, span) in enumerate(zip(plies, model.spans, strict=True)):
+        if ply.name in held or pressed[span.vertices].any():
+            continue
+        others = np.concatenate([other.points for k, other in enumerate(plies) if k != number])
+        sides = ply.points[ply.triangles] - ply.points[np.roll(ply.triangles, 1, axis=1)]
+        away = cKDTree(others).query(ply.points)[0].min()
+        if away > np.linalg.norm(sides, axis=2).max():
+            found.append(
+                f"ply {ply.name!r} has left the stack: at the end nothing touches it, and it lies "
+                f"{1e3 * away:.3g} mm from the nearest other: lay it between others, or clamp it"
+            )
     return found

@@ -16,7 +16,13 @@ from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured, met_in_contact
 from warpdrape.materials.laws import Unwoven
 from warpdrape.results.beyond_data import Beyond, beyond_data
-from warpdrape.results.complaints import closing_words, of_energies, of_loads, untouched
+from warpdrape.results.complaints import (
+    closing_words,
+    come_away,
+    of_energies,
+    of_loads,
+    untouched,
+)
 from warpdrape.results.defects import defect_entries
 from warpdrape.results.draw_in import draw_in
 from warpdrape.results.numerical_error import numerical_error
@@ -71,6 +77,7 @@ def summarise(
         warnings.append(squeezed)
     warnings += [warning for each in measured for warning in each.warnings]
     warnings += untouched(model, history, loose)
+    warnings += come_away(model, measured, plies, loose)
     warnings += of_loads(sound, history, loose)
     warnings += passed_through(model, contacts)
     warnings += of_force_words
