@@ -31,6 +31,8 @@ class Row:
         penetration_mm: deepest [mm].
         kinetic: over internal energy while loaded [-].
         softening_strain: strain owed to softer yarns [-].
+        said_deg: the runs' own estimate of ``p95_deg``, the smallest; None where they have none.
+        said_mm: likewise of ``draw_in_mm``.
     """
 
     case: str
@@ -50,6 +52,8 @@ class Row:
     penetration_mm: float
     kinetic: float
     softening_strain: float
+    said_deg: float | None
+    said_mm: float | None
 
 
 COLUMNS = {
@@ -70,6 +74,8 @@ COLUMNS = {
     "penetration_mm": ("deepest", "{:.3f} mm"),
     "kinetic": ("kinetic", "{:.2%}"),
     "softening_strain": ("strain", "{:.3%}"),
+    "said_deg": ("said", "{:.2f}°"),
+    "said_mm": ("", "{:.2f} mm"),
 }
 """Heading and format of the table's columns."""
 
@@ -89,6 +95,8 @@ def row_of(
         return float(np.ptp([run[name] for run in runs], axis=0).max())
 
     seconds = float(np.median([run["seconds"] for run in runs]))
+    said = [run["said"] for run in runs]
+    said_deg, said_mm = np.min(said, axis=0).tolist() if None not in said else (None, None)
     end, over = force_errors(runs, exact) if "force" in runs[0] else (0.0, 0.0)
     return Row(
         case=case,
@@ -108,6 +116,8 @@ def row_of(
         penetration_mm=float(mean(runs, "penetration")),
         kinetic=float(mean(runs, "kinetic")),
         softening_strain=float(mean(runs, "strain")),
+        said_deg=said_deg,
+        said_mm=said_mm,
     )
 
 
@@ -136,5 +146,9 @@ def over_way(run: Mapping) -> np.ndarray:
 def markdown(rows: Sequence[Row]) -> str:
     """The table."""
     lines = [[heading for heading, _ in COLUMNS.values()], ["---"] * len(COLUMNS)]
-    lines += [[form.format(getattr(row, n)) for n, (_, form) in COLUMNS.items()] for row in rows]
+    lines += [[_cell(getattr(row, n), form) for n, (_, form) in COLUMNS.items()] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(value: object, form: str) -> str:
+    return "–" if value is None else form.format(value)

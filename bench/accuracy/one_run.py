@@ -62,11 +62,19 @@ def run_here(case: str, changes: Mapping[str, Any], number: int) -> dict[str, An
         "penetration": 1e3 * summary["max_penetration_m"],
         "kinetic": summary["kinetic_ratio_loaded"],
         "strain": summary["softening_strain"],
+        "said": said_of(summary["numerical_error"]),
     }
     if "punch_force_n" in history:
         found["way"] = history["punch_displacement_m"].tolist()
         found["force"] = history["punch_force_n"].tolist()
     return found
+
+
+def said_of(entry: Mapping[str, Any]) -> list[float] | None:
+    """What a run says that its numerics may have cost [deg], [mm]; None where it says nothing."""
+    if "not_known" in entry:
+        return None
+    return [entry["p95_shear_deg"], 1e3 * entry["draw_in_m"]]
 
 
 def _parameters(build: Any) -> dict[str, Any]:

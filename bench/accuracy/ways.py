@@ -8,7 +8,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "hemisphere_0": ("hemisphere", {}),
     "hemisphere_45": ("hemisphere", {"angle_deg": 45.0}),
     "three_plies": ("three_ply_hemisphere", {}),
-    "eight_plies": ("stacked_hemisphere", {"cells": 12}),
+    "eight_plies": ("stacked_hemisphere", {}),
     "double_dome": ("double_dome", {"cells": 20}),
     "tetrahedron": ("tetrahedron", {"cells": 20, "holder_force": 20.0}),
     "circular_table": ("circular_table", {"cells": 32, "bending": "0.0003"}),
