@@ -330,11 +330,12 @@ def test_the_benchmark_sets_what_runs_say_beside_what_was_measured(bench):
     runs = [made_up() | {"said": [0.3, 0.6]}, made_up() | {"said": [0.4, 0.2]}]
     row = bench.errors.row_of("hemisphere_0", "some", runs, [made_up()], 4.0)
     assert (row.said_deg, row.said_mm) == (0.3, 0.2)
-    assert bench.errors.markdown([row]).endswith("| 0.30° | 0.20 mm |")
-    silent = [made_up() | {"said": None}, made_up()]
+    assert row.scatter_deg == row.scatter_mm == 0.0
+    assert "| 0.00° | 0.30° | 0.00° | 0.00 mm | 0.20 mm | 0.00 mm |" in bench.errors.markdown([row])
+    silent = [made_up() | {"said": None}]
     row = bench.errors.row_of("circular_table", "some", silent, [made_up()], 4.0)
-    assert (row.said_deg, row.said_mm) == (None, None)
-    assert bench.errors.markdown([row]).endswith("| – | – |")
+    assert (row.said_deg, row.said_mm) == (None, None) == (row.scatter_deg, row.scatter_mm)
+    assert "| 0.00° | – | – | 0.00 mm | – | – |" in bench.errors.markdown([row])
     entry = numerical_error(MEASURES | {"max_penetration_m": 1e-4}, [blank()])
     said_deg, said_mm = bench.one_run.said_of(entry)
     assert said_deg == pytest.approx(cost.CONTACT_SHEAR * 1e-4)
@@ -386,7 +387,7 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     assert [(row["case"], row["way"], row["runs"]) for row in rows] == [
         ("hemisphere_0", "standard", 2),
         ("hemisphere_0", "draft", 2),
-        ("circular_table", "standard", 2),
+        ("circular_table", "as it is", 2),
     ]
     assert [row["ratio"] for row in rows] == [0.5] * 3
     assert [row["p95_deg"] for row in rows] == pytest.approx([0.5] * 3)
@@ -396,6 +397,13 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     table = capsys.readouterr().out
     assert table.count("| hemisphere_0 | draft |") == 2  # as it is known, and in the table
     assert main(ask) == 0 and len(asked) == 8
+    # More runs of more ways, but none that is not kept: the same rows.
+    cases = ["--cases", "hemisphere_0", "circular_table", "double_dome", "--noise", "5", "--kept"]
+    assert main([*cases, *ask[ask.index("--runs") :]]) == 0 and len(asked) == 8
+    kept = {(row["case"], row["way"]): row for row in json.loads(out.read_text("utf-8"))}
+    assert all(kept[row["case"], row["way"]] == row for row in rows)
+    assert kept["hemisphere_0", "reference"]["p95_deg"] == 0.0
+    assert {case for case, _ in kept} == {"hemisphere_0", "circular_table"}
 
 
 def test_a_way_that_fails_is_told(bench, tmp_path, monkeypatch):

@@ -26,7 +26,8 @@ class Row:
         end_force: change of the punch's force while it stands at the end [-].
         force: root mean square change of the punch's force over its way, over the largest [-].
         wrinkle_mm: change of the largest wrinkle amplitude of the run [mm].
-        scatter_deg: largest less smallest 95th percentile of one ply among the runs [deg].
+        scatter_deg: largest less smallest 95th percentile of one ply among the runs [deg]; None
+            for one run.
         scatter_mm: likewise of one draw-in [mm].
         penetration_mm: deepest [mm].
         kinetic: over internal energy while loaded [-].
@@ -47,8 +48,8 @@ class Row:
     end_force: float
     force: float
     wrinkle_mm: float
-    scatter_deg: float
-    scatter_mm: float
+    scatter_deg: float | None
+    scatter_mm: float | None
     penetration_mm: float
     kinetic: float
     softening_strain: float
@@ -60,22 +61,21 @@ COLUMNS = {
     "case": ("case", "{}"),
     "way": ("way", "{}"),
     "runs": ("runs", "{}"),
-    "seconds": ("s", "{:.1f}"),
-    "ratio": ("ratio", "{:.2f}"),
     "steps": ("steps", "{:,}"),
+    "ratio": ("time", "{:.2f}"),
     "p95_deg": ("95 %", "{:.2f}°"),
-    "largest_deg": ("largest", "{:.2f}°"),
-    "draw_in_mm": ("draw-in", "{:.2f} mm"),
-    "end_force": ("end force", "{:+.1%}"),
-    "force": ("force", "{:.1%}"),
-    "wrinkle_mm": ("wrinkle", "{:.2f} mm"),
-    "scatter_deg": ("scatter", "{:.2f}°"),
-    "scatter_mm": ("", "{:.2f} mm"),
-    "penetration_mm": ("deepest", "{:.3f} mm"),
-    "kinetic": ("kinetic", "{:.2%}"),
-    "softening_strain": ("strain", "{:.3%}"),
     "said_deg": ("said", "{:.2f}°"),
-    "said_mm": ("", "{:.2f} mm"),
+    "scatter_deg": ("scatter", "{:.2f}°"),
+    "draw_in_mm": ("draw-in", "{:.2f} mm"),
+    "said_mm": ("said", "{:.2f} mm"),
+    "scatter_mm": ("scatter", "{:.2f} mm"),
+    "largest_deg": ("largest", "{:.2f}°"),
+    "force": ("force: way", "{:.1%}"),
+    "end_force": ("end", "{:+.0%}"),
+    "wrinkle_mm": ("wrinkle", "{:.2f} mm"),
+    "kinetic": ("kinetic", "{:.1%}"),
+    "softening_strain": ("strain", "{:.2%}"),
+    "penetration_mm": ("deepest", "{:.3f} mm"),
 }
 """Heading and format of the table's columns."""
 
@@ -91,7 +91,9 @@ def row_of(
     def error(name: str) -> float:
         return float(np.abs(mean(runs, name) - mean(exact, name)).max())
 
-    def scatter(name: str) -> float:
+    def scatter(name: str) -> float | None:
+        if len(runs) < 2:
+            return None
         return float(np.ptp([run[name] for run in runs], axis=0).max())
 
     seconds = float(np.median([run["seconds"] for run in runs]))
