@@ -303,6 +303,7 @@ def made_up(p95=40.0, drawn=10.0, force=100.0, seconds=2.0):
         "penetration": 0.01,
         "kinetic": 0.01,
         "strain": 0.0,
+        "said": [0.4, 0.5],
         "way": way.tolist(),
         "force": (force * way / 0.075).tolist(),
     }
@@ -324,6 +325,24 @@ def test_the_benchmark_takes_errors_of_means_and_scatter_of_runs(bench):
     assert len({line.count("|") for line in lines}) == 1 and "0.20°" in lines[-1]
 
 
+def test_the_benchmark_sets_what_runs_say_beside_what_was_measured(bench):
+    """The smallest that one of them says: each is to hold. A drape says nothing."""
+    runs = [made_up() | {"said": [0.3, 0.6]}, made_up() | {"said": [0.4, 0.2]}]
+    row = bench.errors.row_of("hemisphere_0", "some", runs, [made_up()], 4.0)
+    assert (row.said_deg, row.said_mm) == (0.3, 0.2)
+    assert row.scatter_deg == row.scatter_mm == 0.0
+    assert "| 0.00° | 0.30° | 0.00° | 0.00 mm | 0.20 mm | 0.00 mm |" in bench.errors.markdown([row])
+    silent = [made_up() | {"said": None}]
+    row = bench.errors.row_of("circular_table", "some", silent, [made_up()], 4.0)
+    assert (row.said_deg, row.said_mm) == (None, None) == (row.scatter_deg, row.scatter_mm)
+    assert "| 0.00° | – | – | 0.00 mm | – | – |" in bench.errors.markdown([row])
+    entry = numerical_error(MEASURES | {"max_penetration_m": 1e-4}, [blank()])
+    said_deg, said_mm = bench.one_run.said_of(entry)
+    assert said_deg == pytest.approx(cost.CONTACT_SHEAR * 1e-4)
+    assert said_mm == pytest.approx(cost.CONTACT_DRAW_IN * 0.1)
+    assert bench.one_run.said_of({"not_known": "nothing is pressed"}) is None
+
+
 def test_the_benchmark_compares_forces_at_the_same_place(bench):
     """A punch that goes half as fast meets the same force on its way."""
     quick, slow = made_up(), made_up()
@@ -338,6 +357,7 @@ def test_the_benchmark_runs_a_case_and_keeps_it(bench, tmp_path, monkeypatch):
     found = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 1)
     assert found["seconds"] > 0.0 and found["steps"] > 100 and found["strain"] > 0.0
     assert len(found["force"]) == bench.one_run.FRAMES + 1 and len(found["p95"]) == 1
+    assert "said" in found
     again = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 2)
     assert again["force"] != found["force"]  # another rounding
     np.testing.assert_allclose(again["p95"], found["p95"], atol=0.01)
@@ -367,7 +387,7 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     assert [(row["case"], row["way"], row["runs"]) for row in rows] == [
         ("hemisphere_0", "standard", 2),
         ("hemisphere_0", "draft", 2),
-        ("circular_table", "standard", 2),
+        ("circular_table", "as it is", 2),
     ]
     assert [row["ratio"] for row in rows] == [0.5] * 3
     assert [row["p95_deg"] for row in rows] == pytest.approx([0.5] * 3)
@@ -377,6 +397,13 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     table = capsys.readouterr().out
     assert table.count("| hemisphere_0 | draft |") == 2  # as it is known, and in the table
     assert main(ask) == 0 and len(asked) == 8
+    # More runs of more ways, but none that is not kept: the same rows.
+    cases = ["--cases", "hemisphere_0", "circular_table", "double_dome", "--noise", "5", "--kept"]
+    assert main([*cases, *ask[ask.index("--runs") :]]) == 0 and len(asked) == 8
+    kept = {(row["case"], row["way"]): row for row in json.loads(out.read_text("utf-8"))}
+    assert all(kept[row["case"], row["way"]] == row for row in rows)
+    assert kept["hemisphere_0", "reference"]["p95_deg"] == 0.0
+    assert {case for case, _ in kept} == {"hemisphere_0", "circular_table"}
 
 
 def test_a_way_that_fails_is_told(bench, tmp_path, monkeypatch):
