@@ -10,6 +10,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "three_plies": ("three_ply_hemisphere", {}),
     "eight_plies": ("stacked_hemisphere", {}),
     "double_dome": ("double_dome", {"cells": 20}),
+    "square_box": ("square_box", {"cells": 20}),
     "tetrahedron": ("tetrahedron", {"cells": 20, "holder_force": 20.0}),
     "circular_table": ("circular_table", {"cells": 32, "bending": "0.0003"}),
 }
