@@ -15,9 +15,9 @@ import numpy as np
 
 from warpdrape.blanks.ply import Ply
 
-SOFTENING_SHEAR = math.degrees(5.2)
-"""Change of the 95th percentile of shear by a strain owed to softer yarns [deg]: 4.8 rad with 14
-cells on the hemisphere; 20 cells of any shape 2.1 at most."""
+SOFTENING_SHEAR = math.degrees(5.7)
+"""Change of the 95th percentile of shear by a strain owed to softer yarns [deg]: a square box's;
+hemispheres, tetrahedron and double dome of 20 cells have 2.1 rad at most."""
 SOFTENING_DRAW_IN = 0.65
 """Change of the draw-in by such a strain, over the length of a yarn [-]: that of half of it."""
 INERTIA_SHEAR = 16.5
