@@ -87,7 +87,7 @@ def numerical_error_text(summary: Mapping[str, Any]) -> str:
     words = "numerics: 95 % of shear and draw-in may be off by "
     words += f"{_said(entry)}{f' ({causes})' if causes else ''}"
     if len(summary["plies"]) > 1:
-        words += "; rounding alone moves those of a stack by some tenths of both"
+        words += "; rounding alone moves those of a stack by half a degree and a millimetre or more"
     return words
 
 
