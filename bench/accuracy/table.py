@@ -66,12 +66,14 @@ def rows_of(case: str, chosen: argparse.Namespace) -> list[Row]:
         return []
     full = float(np.median([run["seconds"] for run in exact]))
     rows: list[Row] = []
+    seen: list[Mapping[str, Any]] = []
     for way in chosen.ways:
         changes = changes_of(case, way)
-        if is_drape(case) and not changes:
-            if rows:
+        if is_drape(case):
+            if changes in seen:
                 continue
-            way = AS_IT_IS
+            seen.append(changes)
+            way = way if changes else AS_IT_IS
         if found := runs_of(case, changes, chosen.noise, chosen):
             rows.append(row_of(case, way, found, exact, full))
             print(markdown(rows[-1:]).splitlines()[-1], flush=True)
