@@ -119,6 +119,10 @@ def test_a_hasty_load_is_still_called_hasty():
     summary = held_ply(motion=wd.Stroke(travel=(0, 0, 1e-3), duration=1e-3)).run(frames=2).summary
     assert summary["loaded"] and not summary["quasi_static"]
     assert "lengthen the duration" in summary["message"]
+    assert " at the end: NOT quasi-static" in summary_text(summary | {"kinetic_ratio_loaded": 0.09})
+    calm_end = summary | {"kinetic_ratio": 4e-4, "kinetic_ratio_loaded": 0.19}
+    words = "internal energy 0.04 % at the end, 19 % in the mean under load: NOT quasi-static"
+    assert words in summary_text(calm_end)
 
 
 def test_loaded_is_a_thousandth_of_the_shear_that_counts_as_hardly_loaded():
