@@ -34,6 +34,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "brake 0.3": {"brake": 0.3},
     "softening 1": {"yarn_softening": 1.0},
     "softening 4": {"yarn_softening": 4.0},
+    "softening 12": {"yarn_softening": 12.0},
     "softening 16": {"yarn_softening": 16.0},
     "softening 64": {"yarn_softening": 64.0},
     "softening 100": {"yarn_softening": 100.0},
