@@ -443,6 +443,10 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     assert all(kept[row["case"], row["way"]] == row for row in rows)
     assert kept["hemisphere_0", "reference"]["p95_deg"] == 0.0
     assert {case for case, _ in kept} == {"hemisphere_0", "circular_table"}
+    # Nothing presses a drape: a way that differs by its stroke is the same, and comes once.
+    ways = ["--ways", "softening 64", "softening 64, 40 ms"]
+    assert main(["--cases", "circular_table", *ways, *ask[ask.index("--runs") :]]) == 0
+    assert [row["way"] for row in json.loads(out.read_text("utf-8"))] == ["softening 64"]
 
 
 def test_a_way_that_fails_is_told(bench, tmp_path, monkeypatch):
