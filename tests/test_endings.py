@@ -35,7 +35,7 @@ def spoil(monkeypatch, how):
     if how in ("blown up", "unstable"):
         monkeypatch.setattr("warpdrape.timing.choose_step", lambda s, dt: 20 * choose_step(s, dt))
     if how == "energy at the end":
-        monkeypatch.setattr("warpdrape.results.summary.energy_error", lambda *_: 0.5)
+        monkeypatch.setattr("warpdrape.results.soundness.energy_error", lambda *_: 0.5)
     if how == "energy at once":
         monkeypatch.setattr("warpdrape.dynamics.energy.Energies.unbalanced", 1e9)
     errors = {"interrupted": KeyboardInterrupt(), "a fault of ours": ValueError("odd")}
