@@ -113,7 +113,8 @@ def _at_features(
     if not len(pressing):
         return None
     kept, gap = memory.contacts.numpy()[pressing], memory.seen.numpy()["gap"][pressing]
-    own = contact.features.tools.numpy()[pressing % contact.count]
+    number = pressing % contact.count
+    own = contact.features.tools.numpy()[number]
     vertices, weights = np.stack([kept[corner] for corner in "abc"], axis=1), kept["weights"]
     nearest = vertices[np.arange(len(kept)), weights.argmax(axis=1)]
     worst, found = 0.0, None
@@ -129,7 +130,7 @@ def _at_features(
             worst = float(share[k])
             tools = (min(int(own[k]), other), max(int(own[k]), other))
             thickness = float(held.thickness[nearest[k]])
-            point = contact.features.points.numpy()[pressing[k] % contact.count]
+            point = contact.features.points.numpy()[number[k]]
             apart = _apart(held, (int(own[k]), other), point, -kept["normal"][k], FAR * thickness)
             found = Squeeze(int(nearest[k]), tools, float(depth[k]), thickness, apart)
     return found
