@@ -7,6 +7,7 @@ import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, Pad, contact_traction
 from .friction import Rub
+from .hollow import Hollow, OtherPlane
 from .look_ahead import Pace, sight
 
 
@@ -18,6 +19,7 @@ class PlyContact:
     b: wp.int32
     c: wp.int32
     near: wp.int32  # 1 if the point may touch before the next search
+    hollow: wp.int32  # 1 if it lies in a hollow, where another plane may be the nearer one
     weights: wp.vec3d  # of a, b, c at the nearest point
     normal: wp.vec3d  # towards the point's side
     rise: wp.float64  # of the tangent plane over the nearest point, less the thickness [m]
@@ -33,6 +35,7 @@ class Slots:
     """What contacts of points with plies remember from step to step; each has shape [slot]."""
 
     contacts: wp.array(dtype=PlyContact)
+    others: wp.array(dtype=OtherPlane)  # planes across the edge of a hollow
     springs: wp.array(dtype=wp.vec3d)  # stick springs [m]
     dashpots: wp.array(dtype=wp.float64)  # their forces [N]
     stored: wp.array(dtype=wp.float64)  # energy of normal and stick springs after the last step [J]
@@ -85,6 +88,60 @@ def contact_gap(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3
     nearest = w[0] * x[contact.a] + w[1] * x[contact.b] + w[2] * x[contact.c]
     offset = contact.thickness + contact.rise - contact.allowance
     return wp.dot(contact.normal, point - nearest) - offset
+
+
+@wp.func
+def turn_to_nearer(slots: Slots, slot: int, x: wp.array(dtype=wp.vec3d), point: wp.vec3d):
+    """In a hollow, hold the nearer of two planes from now on.
+
+    Args:
+        slots: memory of the contacts; updated.
+        slot: of the contact.
+        x: positions [m], shape [vertex].
+        point: that touches [m].
+    """
+    contact = slots.contacts[slot]
+    if contact.hollow == 0:
+        return
+    turned = turned_to(contact, slots.others[slot])
+    if contact_gap(turned, x, point) < contact_gap(contact, x, point):
+        slots.others[slot] = plane_in(contact)
+        slots.contacts[slot] = turned
+
+
+@wp.func
+def turned_to(contact: PlyContact, other: OtherPlane) -> PlyContact:
+    """A contact with another plane in place of its own."""
+    turned = contact
+    turned.a = other.corners[0]
+    turned.b = other.corners[1]
+    turned.c = other.corners[2]
+    turned.weights = other.weights
+    turned.normal = other.normal
+    turned.rise = other.rise
+    return turned
+
+
+@wp.func
+def plane_in(contact: PlyContact) -> OtherPlane:
+    """The plane that a contact holds."""
+    plane = OtherPlane()
+    plane.corners = wp.vec3i(contact.a, contact.b, contact.c)
+    plane.weights = contact.weights
+    plane.normal = contact.normal
+    plane.rise = contact.rise
+    return plane
+
+
+@wp.func
+def between(slots: Slots, slot: int, contact: PlyContact, hollow: Hollow) -> PlyContact:
+    """A contact with the nearer plane of a hollow; its slot keeps the other one."""
+    contact.hollow = 1
+    if hollow.other.gap < hollow.own.gap:
+        slots.others[slot] = hollow.own
+        return turned_to(contact, hollow.other)
+    slots.others[slot] = hollow.other
+    return turned_to(contact, hollow.own)
 
 
 @wp.func
@@ -143,6 +200,7 @@ def press_slot(
         Whether there is a force, and the one on the point [N].
     """
     zero = wp.float64(0.0)
+    turn_to_nearer(slots, slot, x, point)
     contact = slots.contacts[slot]
     stored = slots.stored[slot]
     if contact.near == 0:

@@ -12,12 +12,15 @@ from ..sweep import Sweep
 from .contact import CompactionLaws, ContactLaw
 from .facets import NearestFacet, PlyFacets, ask_for_nearest, no_facet, walk_to_nearest
 from .friction import Rub
+from .hollow import exists, hollow_at
 from .on_ply import (
     PlyContact,
     PlyMemory,
     PlySearch,
     Slots,
+    between,
     effective_mass,
+    plane_in,
     press_on_ply,
     radius_of,
     reach_of,
@@ -129,7 +132,6 @@ def look_again(
     """Walk over the ply that was seen before, if one was; else as `look_in_order`."""
     best = Sighting()
     best.nearest = no_facet()
-    best.loose = known.loose
     if known.seen > 0:
         best.ply = known.ply - 1
         best.nearest = walk_to_nearest(facets, known.seen - 1, x, hollows, point)
@@ -260,6 +262,16 @@ def find_ply_contacts(
                 memory[slot].way = gap
             continue
         found = contact_with(law, facets, stack, searching, i, seen, mass, x)
+        if seen.plane.beyond == 0:
+            on = wp.where(seen.plane.across == 0, wp.float64(-way), wp.float64(way))
+            own = plane_in(found)
+            own.gap = gap
+            hollow = hollow_at(
+                facets, seen.nearest, own, on, reach, found.thickness, x, hollows, point
+            )
+            if exists(hollow.other):
+                found = between(slots, slot, found, hollow)
+                gap = wp.min(hollow.own.gap, hollow.other.gap)
         allowed = hold(law, laws, search, slots, slot, found, x, point, gap, earlier, i, lost)
         pair = searching * stack.half.shape[0] + seen.ply
         wp.atomic_max(deepest, pair, -gap)

@@ -3,7 +3,7 @@
 import warp as wp
 
 from .contact import CompactionLaws, ContactLaw, normal_energy
-from .on_ply import PlyContact, PlySearch, Slots, contact_gap
+from .on_ply import PlyContact, PlySearch, Slots, contact_gap, turn_to_nearer
 
 
 @wp.func
@@ -124,6 +124,7 @@ def let_go(
         point: that touched [m].
     """
     earlier = Earlier()
+    turn_to_nearer(slots, slot, x, point)
     gap, had = before_search(
         law, laws, slots.contacts[slot], x, point, slots.springs[slot], slots.stored[slot]
     )

@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import warp as wp
 
 from warpdrape.kernels.contact import on_ply
+from warpdrape.kernels.contact.hollow import OtherPlane
 from warpdrape.state import Across, Apart
 
-OF_SLOTS = ("contacts", "springs", "dashpots", "stored", "forces", "slip", "spent")
+OF_SLOTS = ("contacts", "others", "springs", "dashpots", "stored", "forces", "slip", "spent")
 """Fields that are `warpdrape.kernels.contact.on_ply.Slots` for the kernels."""
 
 
@@ -20,6 +21,7 @@ class SlotMemory:
 
     Attributes:
         contacts: the nearest triangle, or edge, shape [slot].
+        others: the plane across the edge of a hollow, likewise.
         springs: friction springs [m], shape [slot].
         dashpots: dashpot forces of the step before [N], shape [slot].
         stored: energy in contact [J], shape [slot].
@@ -33,6 +35,7 @@ class SlotMemory:
     """
 
     contacts: wp.array
+    others: wp.array
     springs: wp.array
     dashpots: wp.array
     stored: wp.array
@@ -54,7 +57,12 @@ class SlotMemory:
             seen: type of what a search remembers.
             device: Warp device.
         """
-        kinds: dict[str, Any] = {"contacts": on_ply.PlyContact, "springs": wp.vec3d, "seen": seen}
+        kinds: dict[str, Any] = {
+            "contacts": on_ply.PlyContact,
+            "others": OtherPlane,
+            "springs": wp.vec3d,
+            "seen": seen,
+        }
         sizes = dict.fromkeys((*OF_SLOTS, "seen"), slots) | {"deepest": pairs, "jump": pairs}
         return {
             name: wp.zeros(size, dtype=kinds.get(name, wp.float64), device=device)
