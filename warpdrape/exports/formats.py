@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from warpdrape.errors import InputError, one_of
-
 
 @dataclass(frozen=True)
 class Option:
@@ -120,6 +118,8 @@ def format_of(name: str) -> Format:
     Raises:
         InputError: if there is none; a program or a file's ending gets the formats that are for it.
     """
+    from warpdrape.errors import InputError, one_of  # numpy, which `--help` does without
+
     asked = name.strip(". ").casefold() if isinstance(name, str) else ""
     meant = [
         known
