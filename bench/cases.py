@@ -111,6 +111,11 @@ def membrane(cells: int, approach: str = "semi_discrete") -> wd.Scene:
     return wd.Scene(name="membrane", plies=[ply], duration=0.05, gravity=still, approach=approach)
 
 
+def without_folds(cells: int) -> wd.Scene:
+    """The hemisphere with bending, but without looking for folds, as a ply without bending is."""
+    return replace(hemisphere.build(cells=cells), self_contact=False)
+
+
 def _cases() -> dict[str, Case]:
     found = {}
     for cells in (28, 57, 113, 200, 707):
@@ -130,6 +135,8 @@ def _cases() -> dict[str, Case]:
     for cells in (20, 40, 80):
         unbent = partial(hemisphere.build, bending="none")
         found[f"hemisphere_unbent_{4 * cells**2}"] = Case(unbent, cells, one_ply[cells], cells < 50)
+        case = Case(without_folds, cells, one_ply[cells], cells < 50)
+        found[f"hemisphere_without_folds_{4 * cells**2}"] = case
     for cells, part in three_plies.items():
         case = Case(three_ply_hemisphere.build, cells, part, cells < 30)
         found[f"three_ply_{12 * cells**2}"] = case

@@ -200,6 +200,45 @@ def test_every_cause_counts_and_they_add_up():
     assert larger["draw_in_m"] > found["draw_in_m"]
 
 
+MEASURED = {
+    "hemisphere 0, standard": (0.3, 7.2e-4, 0.0088, 34e-6, 0.08, 0.14),
+    "hemisphere 0, draft": (0.3, 15.2e-4, 0.0347, 55e-6, 0.19, 0.15),
+    "hemisphere 0, contacts five times as soft": (0.3, 6.7e-4, 0.0088, 111e-6, 0.10, 0.12),
+    "hemisphere 0, softened 16 times": (0.3, 3.6e-4, 0.0, 18e-6, 0.02, 0.093),
+    "hemisphere 45, standard": (0.424, 4.5e-4, 0.0103, 6e-6, 0.01, 0.07),
+    "hemisphere 45, draft": (0.424, 12.7e-4, 0.0424, 22e-6, 0.03, 0.19),
+    "hemisphere of 14 cells, standard": (0.3, 12.9e-4, 0.0, 38e-6, 0.36, 0.09),
+    "hemisphere of 14 cells, softened 100 times": (0.3, 26.4e-4, 0.0, 66e-6, 0.54, 0.18),
+    "double dome, full stiffness, 80 ms": (0.4, 0.0, 0.0122, 10e-6, 0.12, 0.65),
+    "double dome, standard": (0.4, 23.6e-4, 0.0120, 54e-6, 0.10, 0.34),
+    "double dome, draft": (0.4, 55.7e-4, 0.0411, 105e-6, 0.49, 0.69),
+    "double dome, softened 64 times": (0.4, 39.2e-4, 0.0, 75e-6, 0.38, 0.63),
+    "square box, standard": (0.3, 18.7e-4, 0.0091, 37e-6, 0.66, 0.19),
+    "square box, softened 36 times": (0.3, 19.5e-4, 0.0, 37e-6, 0.70, 0.18),
+    "square box, softened 16 times": (0.3, 8.3e-4, 0.0, 20e-6, 0.25, 0.07),
+    "square box, draft": (0.3, 41.9e-4, 0.0362, 85e-6, 0.96, 0.31),
+    "tetrahedron, standard": (0.3, 14.6e-4, 0.0077, 24e-6, 0.03, 0.20),
+    "tetrahedron, draft": (0.3, 34.8e-4, 0.0351, 50e-6, 0.04, 0.24),
+}
+"""Of runs of one ply against converged ones (docs/performance.md): longest yarn [m], strain owed,
+kinetic over internal energy (0 where both had one stroke), deepest [m]; error of the percentile
+[deg], of the draw-in [mm]."""
+
+
+@pytest.mark.parametrize("run", MEASURED)
+def test_the_estimate_covers_all_that_was_measured(run):
+    """That is what its factors are: the most that each measure has cost."""
+    length, strain, kinetic, depth, off_deg, off_mm = MEASURED[run]
+    shown = {
+        "softening_strain": strain,
+        "kinetic_ratio_loaded": kinetic,
+        "max_penetration_m": depth,
+    }
+    ply = Ply.rectangle("ply", "carbon_interlock", length, 0.2, cells=4, mesh="grid")
+    said = numerical_error(MEASURES | shown, [ply])
+    assert off_deg <= said["p95_shear_deg"] and off_mm <= 1e3 * said["draw_in_m"]
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -235,7 +274,7 @@ def test_the_words_name_what_counts():
     given = {"softening_strain": 1e-3, "kinetic_ratio_loaded": 1e-6, "max_penetration_m": 1e-8}
     entry = numerical_error(MEASURES | given, [blank()])
     words = said(entry, 1)
-    assert "may be off by 0.30° and 0.20 mm (softer yarns 0.30° and 0.20 mm)" in words
+    assert "may be off by 0.33° and 0.20 mm (softer yarns 0.33° and 0.20 mm)" in words
     assert "rounding" not in words and "rounding alone" in said(entry, 3)
     none = said(numerical_error(MEASURES, [blank()]), 1)
     assert none.endswith("may be off by 0.00° and 0.00 mm")
@@ -303,6 +342,7 @@ def made_up(p95=40.0, drawn=10.0, force=100.0, seconds=2.0):
         "penetration": 0.01,
         "kinetic": 0.01,
         "strain": 0.0,
+        "said": [0.4, 0.5],
         "way": way.tolist(),
         "force": (force * way / 0.075).tolist(),
     }
@@ -324,6 +364,24 @@ def test_the_benchmark_takes_errors_of_means_and_scatter_of_runs(bench):
     assert len({line.count("|") for line in lines}) == 1 and "0.20°" in lines[-1]
 
 
+def test_the_benchmark_sets_what_runs_say_beside_what_was_measured(bench):
+    """The smallest that one of them says: each is to hold. A drape says nothing."""
+    runs = [made_up() | {"said": [0.3, 0.6]}, made_up() | {"said": [0.4, 0.2]}]
+    row = bench.errors.row_of("hemisphere_0", "some", runs, [made_up()], 4.0)
+    assert (row.said_deg, row.said_mm) == (0.3, 0.2)
+    assert row.scatter_deg == row.scatter_mm == 0.0
+    assert "| 0.00° | 0.30° | 0.00° | 0.00 mm | 0.20 mm | 0.00 mm |" in bench.errors.markdown([row])
+    silent = [made_up() | {"said": None}]
+    row = bench.errors.row_of("circular_table", "some", silent, [made_up()], 4.0)
+    assert (row.said_deg, row.said_mm) == (None, None) == (row.scatter_deg, row.scatter_mm)
+    assert "| 0.00° | – | – | 0.00 mm | – | – |" in bench.errors.markdown([row])
+    entry = numerical_error(MEASURES | {"max_penetration_m": 1e-4}, [blank()])
+    said_deg, said_mm = bench.one_run.said_of(entry)
+    assert said_deg == pytest.approx(cost.CONTACT_SHEAR * 1e-4)
+    assert said_mm == pytest.approx(cost.CONTACT_DRAW_IN * 0.1)
+    assert bench.one_run.said_of({"not_known": "nothing is pressed"}) is None
+
+
 def test_the_benchmark_compares_forces_at_the_same_place(bench):
     """A punch that goes half as fast meets the same force on its way."""
     quick, slow = made_up(), made_up()
@@ -338,6 +396,7 @@ def test_the_benchmark_runs_a_case_and_keeps_it(bench, tmp_path, monkeypatch):
     found = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 1)
     assert found["seconds"] > 0.0 and found["steps"] > 100 and found["strain"] > 0.0
     assert len(found["force"]) == bench.one_run.FRAMES + 1 and len(found["p95"]) == 1
+    assert "said" in found
     again = bench.one_run.run_here("small", {"yarn_softening": 16.0, "travel": 0.01}, 2)
     assert again["force"] != found["force"]  # another rounding
     np.testing.assert_allclose(again["p95"], found["p95"], atol=0.01)
@@ -367,7 +426,7 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     assert [(row["case"], row["way"], row["runs"]) for row in rows] == [
         ("hemisphere_0", "standard", 2),
         ("hemisphere_0", "draft", 2),
-        ("circular_table", "standard", 2),
+        ("circular_table", "as it is", 2),
     ]
     assert [row["ratio"] for row in rows] == [0.5] * 3
     assert [row["p95_deg"] for row in rows] == pytest.approx([0.5] * 3)
@@ -377,6 +436,17 @@ def test_the_benchmark_does_no_run_twice_and_takes_errors_against_the_reference(
     table = capsys.readouterr().out
     assert table.count("| hemisphere_0 | draft |") == 2  # as it is known, and in the table
     assert main(ask) == 0 and len(asked) == 8
+    # More runs of more ways, but none that is not kept: the same rows.
+    cases = ["--cases", "hemisphere_0", "circular_table", "double_dome", "--noise", "5", "--kept"]
+    assert main([*cases, *ask[ask.index("--runs") :]]) == 0 and len(asked) == 8
+    kept = {(row["case"], row["way"]): row for row in json.loads(out.read_text("utf-8"))}
+    assert all(kept[row["case"], row["way"]] == row for row in rows)
+    assert kept["hemisphere_0", "reference"]["p95_deg"] == 0.0
+    assert {case for case, _ in kept} == {"hemisphere_0", "circular_table"}
+    # Nothing presses a drape: a way that differs by its stroke is the same, and comes once.
+    ways = ["--ways", "softening 64", "softening 64, 40 ms"]
+    assert main(["--cases", "circular_table", *ways, *ask[ask.index("--runs") :]]) == 0
+    assert [row["way"] for row in json.loads(out.read_text("utf-8"))] == ["softening 64"]
 
 
 def test_a_way_that_fails_is_told(bench, tmp_path, monkeypatch):

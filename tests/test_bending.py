@@ -16,7 +16,7 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.partition import launches_of, shares
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.errors import InputError
-from warpdrape.forces.bending import Bendings, frequencies
+from warpdrape.forces.bending import Bendings, _matrices, frequencies
 from warpdrape.forces.curvature import curvature_operator
 from warpdrape.forces.vertex_gradients import vertex_gradients
 from warpdrape.materials.fabric_library import load_fabric, with_bending
@@ -201,6 +201,27 @@ def test_bound_on_the_frequency_holds_and_is_not_far_off(mesh):
     highest = np.linalg.eigvalsh(stiffness / np.outer(root, root)).max()
     bound = frequencies(model.scene, 0).max()
     assert highest <= bound < 4.0 * highest
+
+
+def test_plies_of_a_stack_that_bend_alike_share_their_matrix_and_no_others_do():
+    bending = Bending(warp=2e-3, weft=1e-3)
+    cloth, angle = replace(CLOTH, bending=bending), math.radians(45.0)
+    slanted = replace(cloth, yarn_angle=math.radians(70.0))
+    soft = replace(cloth, bending=Bending(warp=1e-3, weft=1e-3))
+    kinds = [(cloth, 0.0), (cloth, angle), (slanted, 0.0), (soft, 0.0), (cloth, 0.0), (cloth, 0.0)]
+    plies = [
+        Ply.rectangle(f"ply_{k}", own, SIZE, cells=4, mesh="grid", warp_angle=turn, z=0.01 * k)
+        for k, (own, turn) in enumerate(kinds)
+    ]
+    clamp = Clamp(name="clamp", ply="ply_5", where=lambda p: p[:, 0] < -0.049)
+    scene = Scene(name="stack", plies=plies, duration=1e-3, gravity=(0, 0, 0), clamps=[clamp])
+    found = _matrices(scene)
+    for k, ply in enumerate(plies):
+        clamps = [clamp] if k == 5 else []
+        alone = Scene(name="one", plies=[replace(ply)], duration=1e-3, clamps=clamps)
+        ((_, own, *_),) = _matrices(alone)
+        assert (found[k][1] != own).nnz == 0
+    assert [matrix is found[0][1] for _, matrix, *_ in found] == [1, 0, 0, 0, 1, 0]
 
 
 def test_bending_off_is_no_force_at_all():

@@ -47,6 +47,13 @@ def test_sled():
     values = {"pressure": 1e4, "area": 0.01, "speed": 1e-3, "against": "ply"}
     (found,) = readings(pulled("sled", {"travel": travel, "force": force}, values=values))
     assert found.kinetic == pytest.approx(0.3) and found.static == pytest.approx(0.45)
+    for columns in (
+        {"travel": -travel, "force": force},
+        {"travel": travel, "force": -force},
+        {"travel": 0.3 - travel, "force": force},  # places of the crosshead
+    ):
+        (other,) = readings(pulled("sled", columns, values=values))
+        assert (other.kinetic, other.static) == pytest.approx((0.3, 0.45))
     values = {**values, "normal": 2.0}
     with pytest.raises(InputError, match=r"coefficient of 15: check normal force"):
         readings(pulled("sled", {"travel": travel, "force": force}, values=values))

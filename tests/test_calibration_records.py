@@ -8,10 +8,7 @@ from calibration_checks import pulled
 
 from warpdrape.calibration.preparation import loading_curve
 from warpdrape.calibration.raw_table import Specimen
-from warpdrape.coupons.closed_forms import (
-    frame_force,
-    frame_travel,
-)
+from warpdrape.coupons.closed_forms import frame_angle, frame_force, frame_travel
 from warpdrape.errors import InputError
 from warpdrape.materials.fabric_library import load_fabric
 
@@ -70,16 +67,36 @@ def test_a_machine_gives_way_to_the_force_of_the_empty_frame_too():
 
 @pytest.mark.parametrize("signs", [(1, -1), (-1, 1), (-1, -1)])
 def test_whichever_way_the_machine_counts(signs):
+    """It counts an empty frame's force and a tare in the same way."""
     angle = np.radians(np.linspace(0.0, 50.0, 400))
     travel, force = frame_travel(0.2, angle), frame_force(CLOTH, 0.2, angle)
-    columns = {"travel": signs[0] * travel, "force": signs[1] * force}
-    turned, plain = (
-        pulled("picture_frame", c, values={"side": 0.2})
-        for c in (columns, {"travel": travel, "force": force})
-    )
-    found = loading_curve(turned, turned.specimens[0])
-    np.testing.assert_array_equal(found.force, loading_curve(plain, plain.specimens[0]).force)
-    assert "pulling was negative" in found.steps[0]
+    rubbing, tare = 20.0 * travel, 1.5
+
+    def curve(way, pull):
+        values = {"side": 0.2, "tare": pull * tare}
+        empty = Specimen("e", "e.csv", {"travel": way * travel, "force": pull * rubbing})
+        columns = {"travel": way * travel, "force": pull * (force + rubbing + tare)}
+        test = pulled("picture_frame", columns, values=values, empty=empty)
+        return loading_curve(test, test.specimens[0])
+
+    found = curve(*signs)
+    np.testing.assert_array_equal(found.force, curve(1, 1).force)
+    np.testing.assert_allclose(found.force[3:], frame_force(CLOTH, 0.2, found.at[3:]), rtol=2e-3)
+    assert "pulling was negative" in found.steps[1]
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_places_of_the_crosshead_want_a_preload(way):
+    angle = np.radians(np.linspace(0.0, 50.0, 400))
+    travel, force = frame_travel(0.2, angle), frame_force(CLOTH, 0.2, angle)
+    columns = {"travel": 0.3 + way * travel, "force": force}
+    preload = {"preload": float(force[8])}
+    test = pulled("picture_frame", columns, values={"side": 0.2, **preload})
+    curve = loading_curve(test, test.specimens[0])
+    assert curve.raw_at[-1] == pytest.approx(frame_angle(0.2, travel[-1] - travel[8]))
+    test = pulled("picture_frame", columns, values={"side": 0.2})
+    with pytest.raises(InputError, match="not count from the start of its test: give preload, or"):
+        loading_curve(test, test.specimens[0])
 
 
 @pytest.mark.parametrize(

@@ -324,7 +324,7 @@ def build_with_lists(
         ("gaps", "1kg,2kg", "units it may be given with: m, cm"),
         ("counts", "1,2.5", "counts = '2.5' must be"),
         ("pitch_um", "2500mm", "must be a whole number"),
-        ("layers", "3mm", "none, it is in no unit"),
+        ("layers", "3mm", "it has no unit and is given as a number alone: layers=3"),
     ],
 )
 def test_lists_and_whole_numbers_may_have_their_unit_or_are_refused(name, text, value):

@@ -1,11 +1,14 @@
 """What the documents promise is there: links, files, commands, scripts, dependencies."""
 
+import math
 import re
 import runpy
 import shlex
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import warpdrape as wd
@@ -154,6 +157,29 @@ def test_lines_of_python_on_the_usage_page(capsys):
     (text,) = [block for block in blocks(ROOT / "docs" / "usage.md", "python") if "print(" in block]
     exec(compile(text, "usage.md", "exec"), {})
     assert "(144,) (144, 3)" in capsys.readouterr().out
+
+
+def test_segments_grips_clamps_and_pins_of_the_page_of_devices():
+    """Each does what the page says of it, and its reaction is in the history."""
+    page = blocks(ROOT / "docs" / "devices.md", "python")
+    (text,) = [block for block in page if "segments = [" in block]
+    names = {"wd": wd, "Ply": wd.Ply, "lay_up": wd.lay_up, "stack_top": wd.stack_top}
+    names |= {"mm": 1e-3, "ms": 1e-3, "deg": math.pi / 180.0, "replace": replace}
+    exec(compile(text, "devices.md", "exec"), names)
+    result = names["scene"].run(frames=8, threads=1, quiet=True)
+    history, (ply,) = result.history, result.plies
+    assert result.completed and history["punch_displacement_m"][-1] == pytest.approx(0.03)
+    assert history["segment_1_force_n"][3] == pytest.approx(40.0, rel=0.05)
+    assert history["segment_3_force_n"][-1] == pytest.approx(5.0, rel=0.05)
+    flat = ply.rest_points
+    moved = ply.points - flat
+    assert np.abs(moved[flat[:, 0] < -0.149] - moved[0]).max() < 1e-9
+    assert history["led_displacement_m"][-1] == pytest.approx(5e-3) == moved[0, 0]
+    assert np.linalg.norm(moved[flat[:, :2].sum(axis=1).argmax()]) < 1e-9
+    pin = max(np.abs(history[f"pin_force_{axis}_n"]).max() for axis in "xy")
+    assert pin > 5.0 and history["led_force_n"].max() > 20.0
+    assert history["grip_force_n"][0] == pytest.approx(5.0, rel=1e-3)
+    assert history["grip_force_n"].max() < 8.0 and history["grip_slip_m"][-1] > 1e-3
 
 
 def test_lines_of_python_on_the_page_of_approaches(capsys):

@@ -35,7 +35,7 @@ def spoil(monkeypatch, how):
     if how in ("blown up", "unstable"):
         monkeypatch.setattr("warpdrape.timing.choose_step", lambda s, dt: 20 * choose_step(s, dt))
     if how == "energy at the end":
-        monkeypatch.setattr("warpdrape.results.summary.energy_error", lambda *_: 0.5)
+        monkeypatch.setattr("warpdrape.results.soundness.energy_error", lambda *_: 0.5)
     if how == "energy at once":
         monkeypatch.setattr("warpdrape.dynamics.energy.Energies.unbalanced", 1e9)
     errors = {"interrupted": KeyboardInterrupt(), "a fault of ours": ValueError("odd")}
@@ -119,6 +119,10 @@ def test_a_hasty_load_is_still_called_hasty():
     summary = held_ply(motion=wd.Stroke(travel=(0, 0, 1e-3), duration=1e-3)).run(frames=2).summary
     assert summary["loaded"] and not summary["quasi_static"]
     assert "lengthen the duration" in summary["message"]
+    assert " at the end: NOT quasi-static" in summary_text(summary | {"kinetic_ratio_loaded": 0.09})
+    calm_end = summary | {"kinetic_ratio": 4e-4, "kinetic_ratio_loaded": 0.19}
+    words = "internal energy 0.04 % at the end, 19 % in the mean under load: NOT quasi-static"
+    assert words in summary_text(calm_end)
 
 
 def test_loaded_is_a_thousandth_of_the_shear_that_counts_as_hardly_loaded():

@@ -184,6 +184,10 @@ def test_outlines_keep_corners_holes_and_curves_and_nothing_else():
     ("given", "words"),
     [
         ({"to": "vkt"}, "unknown format 'vkt'; did you mean 'vtk'? known: csv, dxf, dyna, inp, "),
+        ({"to": "Abaqus"}, "unknown format 'Abaqus': for it take inp"),
+        ({"to": "ls-dyna"}, "unknown format 'ls-dyna': for it take dyna"),
+        ({"to": ".bdf"}, "unknown format '.bdf': for it take nastran"),
+        ({"to": "paraview"}, "unknown format 'paraview': for it take vtk or vtkhdf"),
         ({"to": "csv", "frame": 5}, "frame = 5 is out of range: the run has frames 0 to 4"),
         ({"to": "csv", "frame": "last"}, "must be a whole number, or 'all'"),
         ({"to": "inp", "frame": "all"}, "the format 'inp' holds one frame"),

@@ -53,7 +53,7 @@ def test_the_lines_of_the_page(scene):
     (text,) = [
         block
         for block in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-        if "blank_holder" in block
+        if "spaced" in block
     ]
     names = {"wd": wd, "mm": mm, "replace": replace, "stack_top": wd.stack_top}
     names["plies"] = scene.plies

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 
+from warpdrape.blanks import meshing
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.meshing import PATTERNS, mesh_outline
-from warpdrape.blanks.outlines import Disc, Polygon, Rectangle
+from warpdrape.blanks.outlines import (
+    Disc,
+    Polygon,
+    Rectangle,
+    closed_segments,
+    enclosed,
+    windings,
+)
 from warpdrape.errors import InputError
 
 EDGE = 0.01
@@ -86,12 +94,50 @@ def test_rectangle_whose_cells_do_not_fit_still_follows_yarns_at_45_degrees():
 
 
 def test_random_mesh_depends_on_the_seed_only():
-    first, again, other = (
-        mesh_outline(Disc(0.1), edge=EDGE, pattern="random", seed=seed).vertices
-        for seed in (3, 3, 4)
-    )
-    assert np.array_equal(first, again)
+    found = []
+    for seed in (3, 3, 4):
+        meshing._random_mesh.cache_clear()
+        found.append(mesh_outline(Disc(0.1), edge=EDGE, pattern="random", seed=seed).vertices)
+    first, again, other = found
+    assert first is not again and np.array_equal(first, again)
     assert first.shape != other.shape or np.abs(first - other).max() > 1e-4
+
+
+def test_a_mesh_that_is_asked_for_again_is_the_same_one_and_any_other_is_not():
+    square, triangle = Rectangle(0.1, 0.1), [(0, 0), (0.1, 0), (0, 0.1)]
+    asked = [
+        (square, {}),
+        (square, {"edge": 0.02}),
+        (square, {"warp_angle": 0.3}),
+        (square, {"pattern": "diagonal"}),
+        (square, {"pattern": "random"}),
+        (square, {"pattern": "random", "seed": 1}),
+        (Rectangle(0.1, 0.2), {}),
+        (Disc(0.05), {}),
+        (Polygon(triangle), {}),
+        (Polygon([*triangle, (-0.01, 0.01)]), {}),
+    ]
+    meshes = [mesh_outline(outline, **{"edge": EDGE, **how}) for outline, how in asked]
+    assert len(set(meshes)) == len(asked)
+    shapes = {(mesh.vertices.tobytes(), mesh.triangles.tobytes()) for mesh in meshes}
+    assert len(shapes) == len(asked)
+    again = Polygon([list(point) for point in triangle])
+    assert mesh_outline(again, edge=EDGE) is meshes[-2]
+    assert mesh_outline(square, edge=EDGE, pattern="random", seed=1) is meshes[5]
+
+
+def test_windings_are_those_of_the_angle_that_loops_turn_round_a_point():
+    rng = np.random.default_rng(5)
+    for corners in (3, 7, 20):
+        loop, points = rng.normal(size=(corners, 2)), rng.normal(size=(400, 2))
+        segments = closed_segments([loop, [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]])
+        to = segments[None] - points[:, None, None]
+        a, b = np.moveaxis(to, 2, 0)
+        turn = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=2))
+        expected = turn.sum(axis=1) / (2.0 * math.pi)
+        assert np.ptp(expected) > 1.0
+        assert windings(points, segments) == pytest.approx(expected, abs=1e-9)
+        assert np.array_equal(enclosed(points, segments), np.round(expected) % 2 == 1)
 
 
 def test_sharp_and_narrow_outlines_are_met():

@@ -61,6 +61,19 @@ def test_along_fibres_it_is_kozeny_carman_with_gebarts_constants():
         assert (across < along).all()
 
 
+@pytest.mark.parametrize(
+    ("packing", "along", "across"),
+    [
+        ("quadratic", 2.02807018e-11, 3.73472833e-12),
+        ("hexagonal", 2.18113208e-11, 4.72786599e-12),
+    ],
+)
+def test_of_aligned_fibres_it_is_what_others_print_for_gebarts_model(packing, along, across):
+    """Fibres of radius 17 µm at half the volume, as in PolyTex's documentation of ``gebart``."""
+    found = FibreModel(34e-6, packing).along_and_across(np.array([0.5]))
+    np.testing.assert_allclose([k[0] for k in found], [along, across], rtol=1e-8)
+
+
 def test_a_sheet_that_is_not_sheared_has_no_direction_but_its_warp():
     along, across = (float(k[0]) for k in MODEL.along_and_across(np.array([FRACTION])))
     found = of_ply(sheared(0.0, turn_deg=30.0), MODEL)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from warpdrape.verification.sphere_net import WORST
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 (EXAMPLE,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
@@ -56,6 +58,11 @@ def test_files_that_commands_read_are_in_a_fresh_clone():
         read += [path for path in paths if path not in made]
     assert len(read) >= 5
     assert [path for path in read if not (ROOT / path).is_file()] == []
+
+
+def test_the_limit_of_the_net_on_a_sphere_is_that_of_its_case():
+    (row,) = re.findall(r"^\| inextensible net on a sphere.*\|$", README, re.MULTILINE)
+    assert row.endswith(f"| {WORST:g}° |")
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ def shapes():
         import bending
         import dimensions
         import pages
+        import press
         import tables
         import wrinkled_meshes as meshes
 
@@ -32,6 +33,7 @@ def shapes():
             dimensions=dimensions,
             meshes=meshes,
             pages=pages,
+            press=press,
             tables=tables,
         )
     finally:
@@ -143,3 +145,28 @@ def test_two_plies_of_one_mesh_are_compared_triangle_by_triangle(shapes):
     two = SimpleNamespace(shear_angle_deg=other, points=moved)
     most, nearly, way = shapes.approaches.off_the_other(one, two)
     assert (most, nearly, way) == (pytest.approx(0.7), pytest.approx(0.0), pytest.approx(3e-3))
+
+
+def test_room_under_a_ply_is_that_between_its_face_and_the_nearest_tool(shapes):
+    """Half a ply stands 3 mm off a plate and 5 mm under another, half lies on it: no room there."""
+    ply = Ply.rectangle("ply", "carbon_interlock", 0.2, cells=8, mesh="grid")
+    flat = np.asarray(ply.mesh.vertices)
+    half = 0.5 * ply.fabric.thickness
+    height = half + 3e-3 * np.clip(1.0 + flat[:, 0] / 0.025, 0.0, 1.0)
+    formed = SimpleNamespace(
+        points=np.column_stack([flat, height]), triangles=np.asarray(ply.mesh.triangles)
+    )
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    plates = [
+        SimpleNamespace(
+            vertices=np.column_stack([square, np.full(4, z)]),
+            triangles=np.array([[0, 1, 2], [0, 2, 3]]),
+        )
+        for z in (0.0, 3e-3 + 2.0 * half + 5e-3)
+    ]
+    result = SimpleNamespace(plies=[formed], tools=plates)
+    room, most = shapes.press.off_the_tools(result, ply.fabric.thickness)
+    step = np.hypot(0.025, 3e-3) / 0.025  # of the row of squares that rises
+    exact = 3e-3 * (0.1 * 0.2 + 0.5 * 0.025 * 0.2 * step)
+    assert room == pytest.approx(exact, rel=1e-9)
+    assert most == pytest.approx(3e-3, rel=1e-9)

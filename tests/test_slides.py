@@ -10,6 +10,8 @@ from law_checks import PLAIN, SPACING, crimp_table
 from sliding_checks import FREE, YARNS, Led, blank, cloth, saw_tooth_yarns, scene_of
 from test_engine import small_press
 
+from warpdrape.contact import law
+from warpdrape.dynamics.interactions import step_share
 from warpdrape.errors import InputError
 from warpdrape.forces.sliding_chains import CLOSEST
 from warpdrape.forces.sliding_yarns import frequencies, slides_share
@@ -184,6 +186,7 @@ def test_so_is_one_of_families_that_pull_each_other(law):
 def test_slides_take_of_the_step_and_say_when_too_little_is_left():
     scene = scene_of(blank())
     assert slides_share(scene, 0.0) == SLIDES_SHARE
+    assert step_share(scene) == law.step_share(scene) + SLIDES_SHARE
     assert slides_share(dataclasses.replace(scene, approach="yarns"), 0.0) == 0.0
     greedy = Numerics(contact_share=0.2, contact_damping=0.6)
     scene = dataclasses.replace(small_press(numerics=greedy, clamps=[]), approach="sliding_yarns")

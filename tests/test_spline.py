@@ -28,7 +28,7 @@ def test_linear_table_is_fitted_exactly():
     energy = fit_energy(table_of(lambda a, b: (3e4 * a + 1e4 * b, 1e4 * a + 4e4 * b)), WIDTH)
     assert energy.misfit < 1e-12
     assert energy.warning == ""
-    assert energy.coefficients.shape == (9, 8)
+    assert energy.coefficients.shape == (15, 13)  # knots lie half as far apart as the strains
     at = np.array([0.0, 0.0033, 0.01])
     warp, weft = np.meshgrid(at, at, indexing="ij")
     exact = (1.5e4 * warp**2 + 1e4 * warp * weft + 2e4 * weft**2) / SPACING
@@ -46,8 +46,29 @@ def test_widths_of_the_yarns_enter_the_energy():
 
 def test_smooth_table_is_fitted_better_on_a_finer_grid():
     misfits = [fit_energy(crimp_table(n, n), WIDTH).misfit for n in (4, 8, 16, 32)]
-    assert misfits[0] < 1e-4
-    assert misfits[3] < 0.02 * misfits[0]
+    assert misfits[0] < 1e-3
+    assert misfits[3] < 0.01 * misfits[0]
+
+
+@pytest.mark.parametrize("onset", [0.0031, 0.004, 0.0052])
+def test_yarns_that_are_slack_stay_slack(onset):
+    """Tension sets in within a step of the table: two steps before there is none of it."""
+    stiffness, largest = 3e4, 0.01
+
+    def taut(strain):
+        return stiffness * np.maximum(strain - onset, 0.0)
+
+    axis = np.linspace(-largest, largest, 15)
+    warp, weft = np.meshgrid(axis, axis, indexing="ij")
+    energy = fit_energy(TabulatedTension(axis, axis, taut(warp), taut(weft)), WIDTH)
+    assert energy.misfit < 0.02
+    step, most = axis[1] - axis[0], taut(largest)
+    fine = np.linspace(-largest, largest, 401)
+    tension = SPACING * energy.derivative(fine, axis, (1, 0))
+    slack = tension[fine < onset - 2.0 * step]
+    assert len(slack) > 200
+    assert np.abs(slack).max() < 1e-3 * most  # with knots at whole steps 1 %
+    assert np.abs(tension - taut(fine)[:, None]).max() < 0.5 * stiffness * step
 
 
 def test_energy_at_rest_is_zero():
@@ -98,14 +119,14 @@ def test_tabulated_tension_is_continuous_across_borders(table):
     along = np.linspace(-0.005, 0.015, 101)
     for border in (0.0, 0.01):
         for family in (0, 1):
-            gap = 1e-10
+            gap = 1e-11
             sides = []
             for side in (-gap, gap):
                 strains = np.stack([np.full_like(along, border + side), along], axis=1)
                 sides.append(sample_tensions(cloth, strains[:, ::-1] if family else strains)[0])
             assert np.abs(sides[0]).max() > 1e3
             stiffest = max(tension_stiffness(cloth))
-            np.testing.assert_allclose(sides[0], sides[1], atol=4 * gap * stiffest)
+            np.testing.assert_allclose(sides[0], sides[1], atol=8 * gap * stiffest)
 
 
 def test_tabulated_tension_is_safe_outside_its_table(table):

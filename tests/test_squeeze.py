@@ -2,12 +2,16 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from warpdrape import Ply, Scene, Stroke, Tool
+from warpdrape.contact.squeeze import _apart, _between_vertices
+from warpdrape.contact.tool_surfaces import tool_surfaces
 from warpdrape.dynamics.model import build_model
+from warpdrape.tools.pose import Pose, rotation
 from warpdrape.tools.profile import Line, extrude
 from warpdrape.watch import Seen, Watch
 
@@ -90,6 +94,35 @@ def test_a_triangle_over_a_hollow_is_told_from_too_little_room_and_finer_ones_fi
     assert 1e3 * apart * np.cos(FLANK) - 0.01 <= left <= 1.001e3 * apart
     assert "refine the ply" in said and "leave the ply its thickness" not in said
     assert complaints(bent_into_a_valley(16)[0]) == []
+
+
+def test_how_far_tools_that_have_turned_are_apart():
+    """A point of one over a plate: along the plate's normal, none behind it or beyond reach."""
+    plate = Tool.plate(width=0.2, height=0.2)
+    scene = Scene(name="s", plies=[SHEET], tools=[plate], duration=1e-3)
+    meshes = tool_surfaces(scene, "cpu")[0]
+    one = Pose(rotation((0.0, 1.0, 0.0), 0.7), np.array([0.1, 0.0, 0.2]))
+    ground = Pose(rotation((1.0, 0.0, 0.0), -1.2), np.array([0.0, 0.3, -0.1]))
+    held = SimpleNamespace(poses=[one, ground], meshes=[None, *meshes])
+    up = ground.direct(np.array([0.0, 0.0, 1.0]))
+    foot = ground.place(np.array([[0.013, -0.02, 0.0]]))[0]
+    for way, outward, found in ((1.0, -up, 2e-3), (1.0, up, 0.0), (8.0, -up, 0.0)):
+        point = one.into((foot + 2e-3 * way * up)[None])[0]
+        apart = _apart(held, (0, 1), point, outward, 10e-3)
+        assert apart == pytest.approx(found, abs=1e-7)
+
+
+def test_with_a_compaction_law_room_and_depth_are_what_tools_lack_of_the_thickness():
+    held = SimpleNamespace(
+        pressed=np.ones((2, 1), dtype=bool),
+        normals=np.array([[[0.0, 0.0, 1.0]], [[0.0, 0.0, -1.0]]]),
+        depth=np.array([[1.5e-4], [1.1e-4]]),
+        thickness=np.array([6e-4]),
+        rooms=np.array([2e-4]),
+    )
+    found = _between_vertices(held)
+    assert found.tools == (0, 1) and found.depth == pytest.approx(0.6e-4)
+    assert found.apart == pytest.approx(6e-4 - 2.6e-4)
 
 
 def test_what_blows_up_after_a_squeeze_says_both():

@@ -20,10 +20,11 @@ from warpdrape.commands.scene_library import find_script
 from warpdrape.errors import InputError, RunFailed
 from warpdrape.results.folder_lock import FolderLock
 from warpdrape.scene import Scene
+from warpdrape.studies import one_run
 from warpdrape.studies.cluster import KEEPER_LOST
 from warpdrape.studies.folder import StudyFolder
 from warpdrape.studies.one_run import do_run
-from warpdrape.studies.running import _outcome, jobs_of, run_study
+from warpdrape.studies.running import Cost, _outcome, jobs_of, run_study
 from warpdrape.studies.study_file import read_study
 
 ROOT = Path(__file__).parents[1]
@@ -148,6 +149,19 @@ def test_a_run_that_was_cut_off_goes_on(done, tmp_path, monkeypatch):
     assert_same_folder(tmp_path / "out" / "runs" / "00004", first / "runs" / "00004")
     monkeypatch.setattr(Scene, "run", None)
     assert do_run(job) == ended  # what has ended is not done again
+
+
+def test_what_dask_takes_beside_a_run_is_not_the_run(done, tmp_path, monkeypatch):
+    path, _ = done
+    job = jobs(path, tmp_path / "out")[0]
+    monkeypatch.setattr(one_run, "_compute", lambda *_: ("completed", "", {}))
+    monkeypatch.setattr(one_run, "_cpu", iter([10.0, 17.0, 17.5]).__next__)
+    monkeypatch.setattr(one_run, "_watch", iter([1.0, 3.0]).__next__)
+    ended = do_run(job)
+    assert (ended["cpu_s"], ended["watch_s"], ended["worker_cpu_s"]) == (5.0, 2.0, 17.5)
+    cost = Cost()
+    cost.add(ended)
+    assert (cost.runs_s, cost.start_s) == (5.0, 10.5)
 
 
 def test_a_run_whose_end_was_not_noted_is_not_run_again(done, tmp_path, monkeypatch):

@@ -15,9 +15,10 @@ from warpdrape.dynamics.loading import Loading
 from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.interaction import Measured, bodies_of
 from warpdrape.materials.fabric_library import with_bending
+from warpdrape.results.complaints import of_loads
 from warpdrape.results.quasi_static import mean_while_loaded, quasi_static
 from warpdrape.results.result import FormedPly
-from warpdrape.results.soundness import energy_error
+from warpdrape.results.soundness import energy_error, soundness_of
 from warpdrape.results.summary import _ply_entry, summarise
 from warpdrape.scene import Scene
 
@@ -82,6 +83,23 @@ def summary_of(model, contacts=None, plies=None, **columns):
 def test_energy_error_is_the_largest_of_the_run_over_the_largest_energy():
     columns = history(unbalanced=[0.0, -0.3, 0.1, 0.02], external_work=[0.0, 1.0, 2.0, 3.0])
     assert energy_error(columns) == pytest.approx(0.1)
+
+
+def test_what_loaded_nothing_says_so_but_where_a_ply_lay_free(stack):
+    columns = history(internal=[0.0] * 4, contact=[0.0] * 4)
+    sound = soundness_of(stack, columns, "", 0.0)
+    (said,) = of_loads(sound, columns, [])
+    assert said.startswith("nothing was loaded")
+    assert of_loads(sound, columns, ["lower"]) == []  # of which another warning tells
+
+
+@pytest.mark.parametrize(("grown", "share"), [(0.0, 0.05), (0.3, 0.3), (np.inf, 0.05)])
+def test_what_came_from_nowhere_after_the_last_frame_counts_where_it_is_a_number(
+    stack, grown, share
+):
+    sound = soundness_of(stack, history(unbalanced=[0.0, 0.0, 0.0, 0.1]), "", grown)
+    assert sound.energy_error == pytest.approx(share)
+    assert ("30.0 % of the energy is unbalanced" in sound.failure) == (share > 0.1)
 
 
 @pytest.mark.parametrize(

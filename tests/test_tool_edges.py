@@ -45,6 +45,36 @@ def test_a_plate_has_a_back_and_a_rounded_border(device):
         np.testing.assert_allclose(gap, apart - HALF, atol=0.011 * apart)
 
 
+@pytest.mark.parametrize(("height", "side"), [(0.9, 1.0), (-0.01, 1.0), (-1.1, -1.0)])
+def test_what_is_first_seen_within_a_sheet_came_from_its_front(height, side, device):
+    """Just behind it, too: pressed in, not come from the back, which is half a thickness away."""
+    model, state = searcher([Tool.plate(width=0.2, height=0.2, facet=0.02)], device, cells=4)
+    count = len(model.masses.mass)
+    along = np.linspace(-0.07, 0.07, count)
+    x = np.stack([along, 0.3 * along, np.full(count, height * HALF)], axis=1)
+    gap, push = gap_and_push(model, state, x)
+    np.testing.assert_allclose(push, np.tile((0.0, 0.0, side), (count, 1)), atol=1e-12)
+    np.testing.assert_allclose(gap, (side * height - 1.0) * HALF, atol=1e-12)
+
+
+def test_a_vertex_that_goes_round_a_border_lies_on_the_face_behind_it(device):
+    """From one face over the border to the other, and all the way back."""
+    size, apart = 0.2, HALF + 2e-5
+    model, state = searcher([Tool.plate(width=size, height=size, facet=0.02)], device, cells=4)
+    count = len(model.masses.mass)
+    along = np.linspace(-0.07, 0.07, count)
+    below = [(way, -apart) for way in np.linspace(-1e-3, -1e-4, 10)]
+    above = [(way, apart) for way, _ in reversed(below)]
+    turns = np.radians(np.arange(-85.0, 86.0, 5.0))
+    there = [*below, *(apart * np.array([np.cos(a), np.sin(a)]) for a in turns), *above]
+    for way, height in (*there, *there[::-1]):
+        x = np.stack([np.full(count, 0.5 * size + way), along, np.full(count, height)], axis=1)
+        gap, push = gap_and_push(model, state, x)
+        np.testing.assert_allclose(gap, apart - HALF, atol=0.011 * apart)
+        if way < 0.0:
+            np.testing.assert_allclose(push[:, 2], np.sign(height), atol=1e-12)
+
+
 CAN = trimesh.creation.cylinder(0.1, 0.05, sections=30).subdivide()
 """At each of its rim's corners there are facets that touch the rim with that corner alone."""
 

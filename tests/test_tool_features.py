@@ -9,7 +9,7 @@ from contact_oracle import nearest_on_triangles
 from interaction_checks import of_kind
 
 from warpdrape import Ply, Scene, Stroke, Tool
-from warpdrape.contact.features import feature_points, has_features
+from warpdrape.contact.features import GRAIN, _first_of_each, feature_points, has_features
 from warpdrape.contact.law import near_reach
 from warpdrape.contact.tool_features import FeatureContact
 from warpdrape.dynamics import stepping
@@ -85,6 +85,20 @@ def test_force_of_a_pin_on_a_triangle_comes_near_that_on_finer_meshes():
 )
 def test_tools_that_vertices_feel_have_no_features(tool):
     assert len(feature_points(tool, 0.015, 0.01)) == 0
+
+
+def test_of_points_that_are_one_the_first_is_kept():
+    rows = np.random.default_rng(3).integers(-2, 3, (300, 3)).astype(float)
+    seen = {}
+    for k, row in enumerate(map(tuple, rows)):
+        seen.setdefault(row, k)
+    assert 50 < len(seen) < 200
+    assert _first_of_each(rows).tolist() == sorted(seen.values())
+    assert len(_first_of_each(rows[:0])) == 0
+    fine = 0.03
+    points = feature_points(Tool.from_mesh("box", TOOLS["box"]), 0.04, fine)
+    grains = {tuple(grain) for grain in np.round(points / (GRAIN * fine)).astype(int)}
+    assert len(grains) == len(points) > 20
 
 
 def test_features_are_where_a_tool_turns_round():

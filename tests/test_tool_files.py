@@ -86,6 +86,18 @@ def test_a_surface_with_one_side_only_is_refused():
         Tool.from_mesh("ring", strip(1))
 
 
+def test_a_fin_that_stands_on_the_edge_of_a_solid_is_a_tool_all_the_same():
+    """Three facets share the edge: they have no common way round, and need none."""
+    box = trimesh.creation.box(extents=(0.04, 0.04, 0.04))
+    low = np.flatnonzero((box.vertices[:, 1] < 0.0) & (box.vertices[:, 2] < 0.0))
+    tips = box.vertices[low] - (0.0, 0.0, 0.01)
+    fin = [[low[0], low[1], 8], [low[1], 9, 8]]
+    mesh = trimesh.Trimesh(
+        np.vstack([box.vertices, tips]), np.vstack([box.faces, fin]), process=False
+    )
+    assert len(Tool.from_mesh("fin", mesh).triangles) == 14
+
+
 def test_borders_close_whatever_the_facets():
     """Also where three facets meet at an edge; plain holes are gone round once."""
     ball = trimesh.creation.icosphere(2, 0.02)

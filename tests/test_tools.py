@@ -1,6 +1,8 @@
 """Tools: the surfaces that profiles and mesh files give, their normals, their dimensions."""
 
+import importlib.metadata
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +13,7 @@ from warpdrape import Ply, Scene
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.dynamics.model import build_model
 from warpdrape.errors import InputError
+from warpdrape.mesh_file import MORE
 from warpdrape.numerics import Numerics
 from warpdrape.tools.floating import Float
 from warpdrape.tools.profile import Arc, Line, extrude, revolve
@@ -343,12 +346,27 @@ def test_unreadable_mesh_file_is_refused(tmp_path):
         Tool.from_mesh("it", path)
 
 
+def test_the_remedy_for_other_formats_brings_their_packages():
+    brought = " ".join(r for r in importlib.metadata.requires("trimesh") if "easy" in r)
+    assert MORE == "trimesh[easy]"
+    for package in ("networkx", "lxml", "pycollada"):
+        assert re.search(rf"\b{package}\b", brought)
+
+
+def test_a_3mf_file_is_read_where_its_packages_are(tmp_path):
+    for package in ("networkx", "lxml"):
+        pytest.importorskip(package)
+    ball = trimesh.creation.icosphere(2, radius=0.05)
+    ball.export(tmp_path / "ball.3mf")
+    assert Tool.from_mesh("ball", tmp_path / "ball.3mf").triangles.shape == ball.faces.shape
+
+
 @pytest.mark.parametrize(
     ("raised", "words"),
     [
         (
             ModuleNotFoundError("No module", name="networkx"),
-            r"\.3mf files need the Python package ",
+            r"\.3mf files need the Python package 'networkx': pip install 'trimesh\[easy\]', or ",
         ),
         (
             ImportError("missing `pip install x`"),

@@ -14,6 +14,7 @@ from warpdrape.blanks.loops import loop_area
 from warpdrape.exports.cutting import trimmed
 from warpdrape.exports.export import export
 from warpdrape.exports.on_ply import PlySearch
+from warpdrape.exports.outlines import inside
 from warpdrape.exports.pattern import patterns_of
 from warpdrape.exports.trim import Curves, Side, read_trim
 from warpdrape.exports.trim_file import read_curves
@@ -369,3 +370,10 @@ def test_the_kit_of_a_run_is_read_back_by_another_library(pressed, tmp_path, cap
     with pytest.raises(wd.InputError, match="trim keeps nothing of ply_0: give the other side"):
         export(pressed[1], "svg", tmp_path / "no.svg", trim="z<-1")
     assert [f.name for f in tmp_path.iterdir()] == ["kit.dxf"]
+
+
+def test_a_hole_is_out_and_an_island_in_it_is_in():
+    square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    points = np.array([(0.0, 0.0), (0.5, 0.0), (0.8, 0.0), (1.2, 0.0)])
+    loops = [square, 0.6 * square, 0.3 * square]
+    np.testing.assert_array_equal(inside(points, loops), [True, False, True, False])

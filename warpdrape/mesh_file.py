@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     import trimesh
 
 FORMATS = "STL, OBJ, PLY, OFF or GLB"
-"""What can be read with the packages that are installed along; others need one more."""
+"""What can be read with the packages that are installed along; others need `MORE`."""
+
+MORE = "trimesh[easy]"
+"""What brings the packages for the other formats, such as 3MF and DAE."""
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 25.4e-3}
 """Units of length that a mesh or a drawing may be said to be in → metres."""
@@ -30,8 +33,8 @@ def why_unreadable(path: str | os.PathLike, error: Exception) -> str:
     kind = os.path.splitext(os.fspath(path))[1]
     if isinstance(error, ImportError):
         package = getattr(error, "name", None)
-        needs = f"the Python package {package!r}" if package else f"one more package ({error})"
-        return f"{kind} files need {needs}: install it, or save the mesh as {FORMATS}"
+        lacking = f"the Python package {package!r}" if package else f"one more package ({error})"
+        return f"{kind} files need {lacking}: pip install {MORE!r}, or save the mesh as {FORMATS}"
     return f"{error or type(error).__name__}; save it as {FORMATS}"
 
 

@@ -187,14 +187,14 @@ class Watch:
         x, y, _ = 1e3 * state.plies.x.numpy()[found.vertex]
         self.seen.squeeze = found
         thinnest = found.thickness if law is None else law.thinnest
-        least = f"its thickness of {1e3 * found.thickness:.3g} mm"
+        limit = f"its thickness of {1e3 * found.thickness:.3g} mm"
         room = "" if self._gives_way(found) else "leave the ply its thickness between them, or "
         why = (
             "their force there is that of the contact's numerical stiffness; "
             f"{room}give its fabric a compaction law"
         )
         if law is not None:
-            least = f"{1e3 * thinnest:.3g} mm, the least thickness of its compaction law,"
+            limit = f"{1e3 * thinnest:.3g} mm, the least thickness of its compaction law,"
             why = (
                 "their force there is extrapolated; measure to higher pressures, or leave the ply "
                 "more room"
@@ -207,7 +207,7 @@ class Watch:
             )
         self.seen.squeezed = (
             f"tools {one!r} and {other!r} squeeze {place(model, found.vertex)} "
-            f"{1e3 * found.depth:.3g} mm below {least} at {1e3 * now:.4g} ms, "
+            f"{1e3 * found.depth:.3g} mm below {limit} at {1e3 * now:.4g} ms, "
             f"({x:.4g}, {y:.4g}) mm: {why}"
         )
 

@@ -26,11 +26,14 @@ class Row:
         end_force: change of the punch's force while it stands at the end [-].
         force: root mean square change of the punch's force over its way, over the largest [-].
         wrinkle_mm: change of the largest wrinkle amplitude of the run [mm].
-        scatter_deg: largest less smallest 95th percentile of one ply among the runs [deg].
+        scatter_deg: largest less smallest 95th percentile of one ply among the runs [deg]; None
+            for one run.
         scatter_mm: likewise of one draw-in [mm].
         penetration_mm: deepest [mm].
         kinetic: over internal energy while loaded [-].
         softening_strain: strain owed to softer yarns [-].
+        said_deg: the runs' own estimate of ``p95_deg``, the smallest; None where they have none.
+        said_mm: likewise of ``draw_in_mm``.
     """
 
     case: str
@@ -45,31 +48,34 @@ class Row:
     end_force: float
     force: float
     wrinkle_mm: float
-    scatter_deg: float
-    scatter_mm: float
+    scatter_deg: float | None
+    scatter_mm: float | None
     penetration_mm: float
     kinetic: float
     softening_strain: float
+    said_deg: float | None
+    said_mm: float | None
 
 
 COLUMNS = {
     "case": ("case", "{}"),
     "way": ("way", "{}"),
     "runs": ("runs", "{}"),
-    "seconds": ("s", "{:.1f}"),
-    "ratio": ("ratio", "{:.2f}"),
     "steps": ("steps", "{:,}"),
+    "ratio": ("time", "{:.2f}"),
     "p95_deg": ("95 %", "{:.2f}°"),
-    "largest_deg": ("largest", "{:.2f}°"),
-    "draw_in_mm": ("draw-in", "{:.2f} mm"),
-    "end_force": ("end force", "{:+.1%}"),
-    "force": ("force", "{:.1%}"),
-    "wrinkle_mm": ("wrinkle", "{:.2f} mm"),
+    "said_deg": ("said", "{:.2f}°"),
     "scatter_deg": ("scatter", "{:.2f}°"),
-    "scatter_mm": ("", "{:.2f} mm"),
+    "draw_in_mm": ("draw-in", "{:.2f} mm"),
+    "said_mm": ("said", "{:.2f} mm"),
+    "scatter_mm": ("scatter", "{:.2f} mm"),
+    "largest_deg": ("largest", "{:.2f}°"),
+    "force": ("force: way", "{:.1%}"),
+    "end_force": ("end", "{:+.0%}"),
+    "wrinkle_mm": ("wrinkle", "{:.2f} mm"),
+    "kinetic": ("kinetic", "{:.1%}"),
+    "softening_strain": ("strain", "{:.2%}"),
     "penetration_mm": ("deepest", "{:.3f} mm"),
-    "kinetic": ("kinetic", "{:.2%}"),
-    "softening_strain": ("strain", "{:.3%}"),
 }
 """Heading and format of the table's columns."""
 
@@ -85,10 +91,14 @@ def row_of(
     def error(name: str) -> float:
         return float(np.abs(mean(runs, name) - mean(exact, name)).max())
 
-    def scatter(name: str) -> float:
+    def scatter(name: str) -> float | None:
+        if len(runs) < 2:
+            return None
         return float(np.ptp([run[name] for run in runs], axis=0).max())
 
     seconds = float(np.median([run["seconds"] for run in runs]))
+    said = [run["said"] for run in runs]
+    said_deg, said_mm = np.min(said, axis=0).tolist() if None not in said else (None, None)
     end, over = force_errors(runs, exact) if "force" in runs[0] else (0.0, 0.0)
     return Row(
         case=case,
@@ -108,6 +118,8 @@ def row_of(
         penetration_mm=float(mean(runs, "penetration")),
         kinetic=float(mean(runs, "kinetic")),
         softening_strain=float(mean(runs, "strain")),
+        said_deg=said_deg,
+        said_mm=said_mm,
     )
 
 
@@ -136,5 +148,9 @@ def over_way(run: Mapping) -> np.ndarray:
 def markdown(rows: Sequence[Row]) -> str:
     """The table."""
     lines = [[heading for heading, _ in COLUMNS.values()], ["---"] * len(COLUMNS)]
-    lines += [[form.format(getattr(row, n)) for n, (_, form) in COLUMNS.items()] for row in rows]
+    lines += [[_cell(getattr(row, n), form) for n, (_, form) in COLUMNS.items()] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(value: object, form: str) -> str:
+    return "–" if value is None else form.format(value)

@@ -62,11 +62,19 @@ def run_here(case: str, changes: Mapping[str, Any], number: int) -> dict[str, An
         "penetration": 1e3 * summary["max_penetration_m"],
         "kinetic": summary["kinetic_ratio_loaded"],
         "strain": summary["softening_strain"],
+        "said": said_of(summary["numerical_error"]),
     }
     if "punch_force_n" in history:
         found["way"] = history["punch_displacement_m"].tolist()
         found["force"] = history["punch_force_n"].tolist()
     return found
+
+
+def said_of(entry: Mapping[str, Any]) -> list[float] | None:
+    """What a run says that its numerics may have cost [deg], [mm]; None where it says nothing."""
+    if "not_known" in entry:
+        return None
+    return [entry["p95_shear_deg"], 1e3 * entry["draw_in_m"]]
 
 
 def _parameters(build: Any) -> dict[str, Any]:
@@ -87,10 +95,15 @@ def _time_steps() -> list[float]:
     return spent
 
 
+def place_of(case: str, changes: Mapping[str, Any], number: int, runs: Path) -> tuple[str, Path]:
+    """What a run is asked for by, and the file in which its figures are kept."""
+    asked = json.dumps([case, CASES[case], changes, number], sort_keys=True)
+    return asked, runs / f"{case}_{hashlib.sha1(asked.encode()).hexdigest()[:12]}.json"
+
+
 def done(case: str, changes: Mapping[str, Any], number: int, runs: Path) -> dict[str, Any]:
     """A run's figures: from a file of an earlier one, or from a process of its own."""
-    asked = json.dumps([case, CASES[case], changes, number], sort_keys=True)
-    path = runs / f"{case}_{hashlib.sha1(asked.encode()).hexdigest()[:12]}.json"
+    asked, path = place_of(case, changes, number, runs)
     if not path.exists():
         command = [sys.executable, os.path.dirname(__file__), "--alone", asked]
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}

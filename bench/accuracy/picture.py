@@ -7,7 +7,7 @@ from pathlib import Path
 
 from errors import Row
 
-MARKS = "oXD^v<>Phd*p1234"
+MARKS = "oXD^v<>Phd*p12348H+x|_"
 """Of the ways, in the picture."""
 TICKS = (0.05, 0.1, 0.2, 0.5, 1.0)
 """Of the ratios of times."""
@@ -33,7 +33,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
                 color, mark = f"C{cases.index(row.case)}", MARKS[ways.index(row.way) % len(MARKS)]
                 axis.plot(row.ratio, getattr(row, error), mark, color=color, alpha=0.8)
         for number, case in enumerate(cases):
-            widest = max(getattr(row, scatter) for row in rows if row.case == case)
+            widest = max(getattr(row, scatter) or 0.0 for row in rows if row.case == case)
             if widest > LEAST_DRAWN:
                 axis.axhline(widest, color=f"C{number}", linestyle=":", linewidth=0.9)
         axis.axhline(0.3, color="black", linewidth=0.8)

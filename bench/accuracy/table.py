@@ -4,22 +4,26 @@ Every case is computed in the ways asked for, each run in a process of its own a
 and as the reference. Errors are differences to that. Each way runs several times with friction
 changed by 10⁻⁹ of itself: the scatter of these says below which size an error is none. Time is
 processor time of the steps. Runs are kept in ``--runs`` and not done again; the table is printed,
-written to ``--out``, and drawn to ``--plot``.
+written to ``--out``, and drawn to ``--plot``. ``--kept`` makes them from what is kept alone.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from errors import Row, markdown, row_of
-from one_run import done, run_here
+from one_run import done, place_of, run_here
 from picture import draw
 from ways import CASES, WAYS, changes_of, is_drape, reference_of
+
+AS_IT_IS = "as it is"
+"""The way of a drape that has none: neither a stroke nor an accuracy."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -48,6 +52,7 @@ def parser() -> argparse.ArgumentParser:
     asked.add_argument("--noise", type=int, default=2, help="runs of each way")
     asked.add_argument("--references", type=int, help="runs of the reference, if not as many")
     asked.add_argument("--runs", type=Path, default=Path("accuracy_runs"), help="folder of runs")
+    asked.add_argument("--kept", action="store_true", help="compute nothing more")
     asked.add_argument("--out", type=Path, default=Path("accuracy.json"), help="for the figures")
     asked.add_argument("--plot", type=Path, help="picture of errors over time")
     asked.add_argument("--alone", help=argparse.SUPPRESS)
@@ -56,15 +61,32 @@ def parser() -> argparse.ArgumentParser:
 
 def rows_of(case: str, chosen: argparse.Namespace) -> list[Row]:
     """Rows of a case, each printed when it is known."""
-    references = chosen.references or chosen.noise
-    exact = [done(case, reference_of(case), n, chosen.runs) for n in range(references)]
+    exact = runs_of(case, reference_of(case), chosen.references or chosen.noise, chosen)
+    if not exact:
+        return []
     full = float(np.median([run["seconds"] for run in exact]))
     rows: list[Row] = []
+    seen: list[Mapping[str, Any]] = []
     for way in chosen.ways:
         changes = changes_of(case, way)
-        if rows and is_drape(case) and not changes:
-            continue
-        found = [done(case, changes, n, chosen.runs) for n in range(chosen.noise)]
-        rows.append(row_of(case, way, found, exact, full))
-        print(markdown(rows[-1:]).splitlines()[-1], flush=True)
+        if is_drape(case):
+            if changes in seen:
+                continue
+            seen.append(changes)
+            way = way if changes else AS_IT_IS
+        if found := runs_of(case, changes, chosen.noise, chosen):
+            rows.append(row_of(case, way, found, exact, full))
+            print(markdown(rows[-1:]).splitlines()[-1], flush=True)
     return rows
+
+
+def runs_of(
+    case: str, changes: Mapping[str, Any], count: int, chosen: argparse.Namespace
+) -> list[dict[str, Any]]:
+    """Figures of a way's runs: of all of them, or of those that are kept."""
+    numbers = [
+        n
+        for n in range(count)
+        if not chosen.kept or place_of(case, changes, n, chosen.runs)[1].exists()
+    ]
+    return [done(case, changes, n, chosen.runs) for n in numbers]

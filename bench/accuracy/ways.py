@@ -8,8 +8,9 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "hemisphere_0": ("hemisphere", {}),
     "hemisphere_45": ("hemisphere", {"angle_deg": 45.0}),
     "three_plies": ("three_ply_hemisphere", {}),
-    "eight_plies": ("stacked_hemisphere", {"cells": 12}),
+    "eight_plies": ("stacked_hemisphere", {}),
     "double_dome": ("double_dome", {"cells": 20}),
+    "square_box": ("square_box", {"cells": 20}),
     "tetrahedron": ("tetrahedron", {"cells": 20, "holder_force": 20.0}),
     "circular_table": ("circular_table", {"cells": 32, "bending": "0.0003"}),
 }
@@ -20,6 +21,7 @@ CONVERGED_DRAPE: dict[str, Any] = {"safety": 0.45}
 """The reference of a scene in which nothing is pressed: half of its step."""
 WAYS: dict[str, dict[str, Any]] = {
     "reference": {"accuracy": "reference"},
+    "reference, 320 ms": {"accuracy": "reference", "duration": 0.32},
     "standard": {"accuracy": "standard"},
     "draft": {"accuracy": "draft"},
     "full stiffness, 80 ms, brake 0.3": {
@@ -27,12 +29,17 @@ WAYS: dict[str, dict[str, Any]] = {
         "duration": 0.08,
         "brake": 0.3,
     },
+    "full stiffness, 80 ms": {"accuracy": "reference", "duration": 0.08},
+    "full stiffness, 40 ms": {"accuracy": "reference", "duration": 0.04},
     "brake 0.3": {"brake": 0.3},
+    "softening 1": {"yarn_softening": 1.0},
     "softening 4": {"yarn_softening": 4.0},
+    "softening 12": {"yarn_softening": 12.0},
     "softening 16": {"yarn_softening": 16.0},
     "softening 64": {"yarn_softening": 64.0},
     "softening 100": {"yarn_softening": 100.0},
     "softening 64, 40 ms": {"yarn_softening": 64.0, "duration": 0.04},
+    "160 ms": {"duration": 0.16},
     "40 ms": {"duration": 0.04},
     "20 ms": {"duration": 0.02},
     "share 0.02": {"contact_share": 0.02},

@@ -8,8 +8,11 @@ import numpy as np
 from pages import markdown
 from runs import Run, Runs
 
+from warpdrape import Result
+from warpdrape.results.tool_distance import ToolDistances
+
 SHAPES = ("square_box", "tetrahedron", "prism", "double_dome")
-FORCES = (20, 100, 500, 2000)
+FORCES = (20, 50, 100, 500, 2000)
 LAYUPS = (("0/0", 0.3), ("0/90", 0.3), ("0/45", 0.0), ("0/45", 0.1), ("0/45", 0.3), ("0/45", 0.6))
 STACK: dict[str, Any] = {"holder_force": 50, "bending": 0.001, "cells": 24}
 DRAGGED = (
@@ -91,8 +94,26 @@ def wrinkle_cells(run: Run, ply: int = 0) -> list[str]:
     ]
 
 
+def off_the_tools(result: Result, thickness: float) -> tuple[float, float]:
+    """Room between the first ply and the nearest tools [m³], and how far off it is at most [m].
+
+    No threshold says what counts: of each triangle its area times how far its face is off, in the
+    mean over its corners.
+
+    Args:
+        result: of a run.
+        thickness: of the ply, in whose middle its vertices lie [m].
+    """
+    ply, tools = result.plies[0], [(tool.vertices, tool.triangles) for tool in result.tools]
+    ways = ToolDistances(tools).of(ply.points, [vertices for vertices, _ in tools])
+    off = np.maximum(ways - 0.5 * thickness, 0.0)
+    a, b, c = (ply.points[ply.triangles[:, k]] for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return float(areas @ off[ply.triangles].mean(axis=1)), float(off.max())
+
+
 def tetrahedron_force(runs: Runs) -> str:
-    """Wrinkles and yarn strain of the tetrahedron over the holder's force."""
+    """Room under the tetrahedron's ply, wrinkles and yarn strain over the holder's force."""
     rows = []
     for force in FORCES:
         run = runs.run("tetrahedron", cells=40, holder_force=force)
@@ -100,15 +121,18 @@ def tetrahedron_force(runs: Runs) -> str:
         strain = max(ply["max_strain_warp"], ply["max_strain_weft"])
         softened = run.scene.numerics.yarn_softening
         punch = next(tool for tool in run.summary["tools"] if tool["name"] == "punch")
+        room, most = off_the_tools(run.result, run.scene.plies[0].fabric.thickness)
         rows.append(
             [
                 f"{force} N",
+                f"{1e6 * room:.0f} cm³, {1e3 * most:.1f} mm",
                 *wrinkle_cells(run),
                 f"{100 * strain / softened:.2g} %",
                 f"{punch['force_n']:.0f} N",
             ]
         )
-    return markdown(("holder", *WRINKLES, "largest yarn strain", "punch"), rows)
+    heads = ("holder", "off the tools", *WRINKLES, "largest yarn strain", "punch")
+    return markdown(heads, rows)
 
 
 def _stack_cells(run: Run) -> list[str]:

@@ -161,7 +161,8 @@ def look_everywhere(sheets: Sheets, now: Ridges, look: Look, seen: Seen) -> Seen
         if sticks_out(now, e, way):
             seen = look_one_way(sheets, now, look, way, seen)
     patch = sheets.patches.of_vertex[sheets.edges.ends[e][0]]
-    if sheets.folds[look.ply] == 1 and sheets.patches.folded[patch] == 1:
+    folded = sheets.folds[look.ply] == 1 and sheets.patches.folded[patch] == 1
+    if folded and now.ways[e] != BOTH:  # borders may not meet their own ply
         seen = look_at_ply(sheets, now, look, look.ply, seen)
     return seen
 

@@ -24,6 +24,19 @@ def is_another_fold(flat: FlatPly, facets: PlyFacets, i: int, there: NearestFace
 
 
 @wp.func
+def is_all_near(flat: FlatPly, facets: PlyFacets, i: int, facet: int) -> bool:
+    """Whether no place of a facet is another fold for a vertex: its corners are too near for it.
+
+    They are by more than rounding, so that `is_another_fold` says the same of every place.
+    """
+    at = facets.corners[facet]
+    most = wp.float64(0.0)
+    for k in range(3):
+        most = wp.max(most, wp.length_sq(flat.places[at[k]] - flat.places[i]))
+    return most < wp.float64(1.0 - 1.0e-9) * flat.apart[i] * flat.apart[i]
+
+
+@wp.func
 def walk_on_fold(
     flat: FlatPly,
     facets: PlyFacets,

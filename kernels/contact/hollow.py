@@ -157,6 +157,9 @@ def hollow_over_edge(
         inward = x[corners[k]] - x[corners[(k + 1) % 3]]
         if through and side * wp.dot(unit_normal(facets, beside[k], x), inward) > zero:
             continue
+        there = nearest_on_facet(facets, beside[k], x, point)
+        if wp.length(there.offset) > wp.length(nearest.offset) + wp.float64(2.0) * way:
+            continue  # out of reach, though its plane, of a flat ply, is as near
         plane = plane_over(facets, beside[k], side, thickness, x, hollows, point)
         bend = own - gap_slope(plane, side, x)
         if wp.dot(bend, inward) < zero and may_be_nearer(found.own, bend, way, plane):

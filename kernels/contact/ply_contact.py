@@ -132,7 +132,6 @@ def look_again(
     """Walk over the ply that was seen before, if one was; else as `look_in_order`."""
     best = Sighting()
     best.nearest = no_facet()
-    best.loose = known.loose
     if known.seen > 0:
         best.ply = known.ply - 1
         best.nearest = walk_to_nearest(facets, known.seen - 1, x, hollows, point)

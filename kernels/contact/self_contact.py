@@ -17,7 +17,13 @@ from .facets import (
     nearest_on_facet,
     no_facet,
 )
-from .fold_search import FlatPly, is_another_fold, is_same_place, walk_on_fold
+from .fold_search import (
+    FlatPly,
+    is_all_near,
+    is_another_fold,
+    is_same_place,
+    walk_on_fold,
+)
 from .folds import Patches
 from .friction import Rub
 from .on_ply import (
@@ -264,7 +270,10 @@ def find_self_contacts(
                 ply.mesh, to_single(point - margin), to_single(point + margin)
             )
             for face in query:
-                there = nearest_on_facet(facets, ply.first_triangle + face, x, point)
+                facet = ply.first_triangle + face
+                if is_all_near(flat, facets, i, facet):
+                    continue
+                there = nearest_on_facet(facets, facet, x, point)
                 square = wp.length_sq(there.offset)
                 if square < radius * radius and is_another_fold(flat, facets, i, there):
                     over = is_same_place(flat, facets, i, held_above, there)

@@ -53,6 +53,28 @@ def no_plane() -> ToolPlane:
 
 
 @wp.func
+def is_behind(
+    side: int, border: bool, past: bool, height: wp.float64, offset: wp.float64, alike: wp.float64
+) -> bool:
+    """Whether a vertex meets an open surface from behind, or has gone over its border.
+
+    Args:
+        side: on which it was held, as of `tangent_plane`.
+        border: whether a border is nearest.
+        past: whether it lies beyond that by more than half the ply thickness.
+        height: over the surface [m].
+        offset: half the ply thickness [m].
+        alike: cosine between the plane that held it and the surface [-].
+    """
+    zero = wp.float64(0.0)
+    if side == FREE:
+        return height < -offset or (past and height < zero)
+    if border and alike < SAME_FACE:
+        return True
+    return side == BACK or (side == TURNING and alike < zero)
+
+
+@wp.func
 def tangent_plane(
     surfaces: ToolSurfaces,
     tool: int,
@@ -109,32 +131,26 @@ def tangent_plane(
         height = wp.length(at - point)
         normal = (at - point) / height  # round a ridge, which both of its facets see alike
         gap = height - offset
-    past_border = border and aside > offset * offset
+    past = border and aside > offset * offset
     plane = no_plane()
-    now = wp.where(border, TURNING, FRONT)
+    in_sight = distance - surfaces.sag[tool] <= near + ahead
     if surfaces.open[tool] == 1:
         alike = wp.dot(before.normal, normal)  # 1 while the vertex stays on its face
-        back = side == BACK
-        if side == FREE:
-            back = height < -offset or (past_border and height < zero)
-        elif side == TURNING:
-            back = alike < zero
-        if back or (side != FREE and border and alike < SAME_FACE):
+        if is_behind(side, border, past, height, offset, alike):
             if (border or ridge) and distance > zero:
                 normal = (at - flat) / distance
             else:
                 normal = -normal
-            if distance - surfaces.sag[tool] <= near + ahead:
+            if in_sight:
                 plane.normal = normal
                 plane.level = wp.dot(normal, point) + offset
             return plane, distance, wp.where(border, TURNING, BACK)
     if border and height > zero and aside > zero:  # round the border, from the front too
         normal = wp.normalize(at - point)
         gap = wp.length(at - point) - offset
-        past_border = False
-    inside = gap < wp.float64(0.0)
+        past = False
     behind = gap < -near and side == FREE  # an open surface, not pressed into it
-    if not past_border and not behind and (inside or distance - surfaces.sag[tool] <= near + ahead):
+    if not past and not behind and (in_sight or gap < zero):
         plane.normal = normal
         plane.level = wp.dot(normal, point) + offset
-    return plane, distance, now
+    return plane, distance, wp.where(border, TURNING, FRONT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ RELAXATION_STEPS = 6
 """Moves of every random vertex to the mean of its triangles; more would make it regular."""
 JITTER = 0.35
 """Half width of the random shift of a vertex, over the distance of its neighbours."""
+KEPT = 4
+"""Meshes of a kind that are kept for who asks for the same again."""
 
 
 def mesh_outline(
@@ -35,7 +38,9 @@ def mesh_outline(
     warp_angle: float = 0.0,
     seed: int = 0,
 ) -> FlatMesh:
-    """Mesh an outline with triangles of one size.
+    """Mesh an outline with triangles of one size; asked again for the same, it is the same mesh.
+
+    So what is found on the mesh of one ply of a stack need not be found again for the others.
 
     Patterns:
 
@@ -68,15 +73,23 @@ def mesh_outline(
         )
     angle = finite("warp_angle", warp_angle, unit="rad") if pattern == "aligned" else 0.0
     if pattern == "random":
+        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+            raise InputError(f"seed = {said(seed)} must be a whole number, 0 or more")
         return _random_mesh(outline, edge, seed)
+    return _regular_mesh(outline, edge, float(angle), crossed=pattern != "diagonal")
+
+
+@lru_cache(maxsize=KEPT)
+def _regular_mesh(outline: Outline, edge: float, angle: float, *, crossed: bool) -> FlatMesh:
+    """Squares turned by an angle [rad], of four triangles each or of two."""
     if isinstance(outline, Rectangle):
         x, y = _rectangle_lines(outline, edge)
         eighths = angle / (math.pi / 4.0)
         square = math.isclose(x[1] - x[0], y[1] - y[0], rel_tol=FIT)
         turns = round(eighths)
         if abs(eighths - turns) < FIT and (turns % 2 == 0 or square):
-            return FlatMesh(*squares(x, y, crossed=pattern != "diagonal"))
-    return trim(outline, edge, *_lattice(outline, edge, angle, pattern != "diagonal"), CLEARANCE)
+            return FlatMesh(*squares(x, y, crossed=crossed))
+    return trim(outline, edge, *_lattice(outline, edge, angle, crossed), CLEARANCE)
 
 
 def squares(
@@ -147,10 +160,9 @@ def _lattice(
     return points @ turn + (0.5 * (x0 + x1), 0.5 * (y0 + y1)), rows
 
 
+@lru_cache(maxsize=KEPT)
 def _random_mesh(outline: Outline, edge: float, seed: int) -> FlatMesh:
     """Delaunay mesh of random points, relaxed to good shape; the same for the same seed."""
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"seed = {said(seed)} must be a whole number, 0 or more")
     rng = np.random.default_rng(seed)
     x0, y0, x1, y1 = outline.bounds
     pitch = math.sqrt(math.sqrt(0.75)) * edge  # as many points as equilateral triangles have

@@ -22,7 +22,7 @@ Bounds = tuple[float, float, float, float]
 
 
 class Outline(Protocol):
-    """What the mesher asks of a shape."""
+    """What the mesher asks of a shape; equal ones are the same shape, and hash alike."""
 
     @property
     def area(self) -> float:
@@ -174,17 +174,18 @@ def windings(points: Points, segments: NDArray[np.float64]) -> NDArray[np.int64]
         points: positions [m], shape [point, 2].
         segments: of the loops [m], shape [segment, 2 ends, 2], in any order.
     """
+    segments = segments[segments[:, 0, 1] != segments[:, 1, 1]]  # no ray crosses a level one
     lower, upper = segments[:, 0], segments[:, 1]
     swap = lower[:, 1] > upper[:, 1]
     lower, upper = np.where(swap[:, None], upper, lower), np.where(swap[:, None], lower, upper)
     run, up = upper - lower, np.where(swap, -1, 1)
     times = np.zeros(len(points), np.int64)
-    step = max(1, 2_000_000 // len(segments))
+    step = max(1, 2_000_000 // max(1, len(segments)))
     for start in range(0, len(points), step):
-        x, y = points[start : start + step, :, None].transpose(1, 0, 2)
-        spans = (lower[:, 1] <= y) & (y < upper[:, 1])
-        right = run[:, 0] * (y - lower[:, 1]) > run[:, 1] * (x - lower[:, 0])
-        times[start : start + step] = (spans & right) @ up
+        x, y = points[start : start + step].T
+        point, at = np.nonzero((lower[:, 1] <= y[:, None]) & (y[:, None] < upper[:, 1]))
+        right = run[at, 0] * (y[point] - lower[at, 1]) > run[at, 1] * (x[point] - lower[at, 0])
+        np.add.at(times, start + point[right], up[at[right]])
     return times
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpdrape.calibration.bands import Band, bootstrap
+from warpdrape.calibration.preparation import upwards
 from warpdrape.calibration.raw_table import Specimen
 from warpdrape.calibration.tests_file import Test
 from warpdrape.errors import InputError
@@ -80,7 +81,10 @@ def _sled(test: Test, specimen: Specimen, yarns: float | None) -> Reading:
     normal, pressure = _pressed(test)
     columns = specimen.columns
     travel, force = columns["travel"], columns["force"] - test.values.get("tare", 0.0)
-    start = test.values.get("steady_from", STEADY_FROM * float(travel.max()))
+    signs = upwards(travel, force)
+    travel, force = signs[0] * travel, signs[1] * force
+    way = float(travel.max() - travel[0])
+    start = test.values.get("steady_from", travel[0] + STEADY_FROM * way)
     steady = travel >= start
     if steady.sum() < 3:
         raise InputError(

@@ -20,6 +20,8 @@ TOE_BETWEEN = (0.1, 0.3)
 """Shares of the largest force between which the line of a toe runs [-]."""
 FEWEST = 8
 """Points of a curve below which it tells no law."""
+BEGINS = 0.5
+"""Share of the largest travel beyond which the first one is not a test's start [-]."""
 
 
 @dataclass(frozen=True)
@@ -57,22 +59,20 @@ def loading_curves(test: Test) -> list[LoadingCurve]:
 
 
 def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
-    """The curve of one specimen: sign, machine, preload, slack, toe, loading, in this order."""
-    columns, values = specimen.columns, test.values
-    travel = _travel(test, columns)
-    force = np.array(columns["force"], dtype=float)
-    steps: list[str] = []
-    turned = [_largest(force) < 0.0, _largest(travel) < 0.0]
-    if any(turned):
-        force, travel = -force if turned[0] else force, -travel if turned[1] else travel
-        steps.append("signs turned: pulling was negative")
-    travel, force = _less_machine(test, travel, force, steps)
+    """The curve of one specimen: machine, preload, slack, toe, loading, in this order."""
+    values, steps = test.values, list[str]()
+    travel, force = _less_machine(test, specimen, steps)
     travel, force = _from_preload(specimen, values, travel, force, steps)
     if "slack" in values:
         travel = travel - values["slack"]
         steps.append(f"slack of {1e3 * values['slack']:.3g} mm taken off")
     if test.toe == "line":
         travel = _less_toe(specimen, travel, force, steps)
+    if abs(travel[0]) > BEGINS * travel.max():
+        raise InputError(
+            f"{specimen.file}: the travel of {specimen.name} does not count from the start of its "
+            "test: give preload, or slack"
+        )
     at = _abscissa(test, specimen, travel)
     at, force, failed_at = _loading(test, at, force)
     if "until" in values:
@@ -88,9 +88,16 @@ def loading_curve(test: Test, specimen: Specimen) -> LoadingCurve:
     return LoadingCurve(specimen.name, *binned, at, force, failed_at, tuple(steps), specimen.weight)
 
 
-def _largest(values: np.ndarray) -> float:
-    """The value farthest from zero, with its sign."""
-    return float(values[np.argmax(np.abs(values))])
+def upwards(travel: np.ndarray, force: np.ndarray) -> tuple[float, float]:
+    """Signs that make a record's travel count upwards, from wherever it begins, and its pull.
+
+    Args:
+        travel: as recorded, shape [n].
+        force: likewise, less its tare [N], shape [n].
+    """
+    way = travel - travel[0]
+    farthest, largest = way[np.argmax(np.abs(way))], force[np.argmax(np.abs(force))]
+    return -1.0 if farthest < 0.0 else 1.0, -1.0 if largest < 0.0 else 1.0
 
 
 def in_bins(at: np.ndarray, values: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, np.ndarray]:
@@ -109,40 +116,45 @@ def in_bins(at: np.ndarray, values: np.ndarray, bins: int = BINS) -> tuple[np.nd
     return means[0], means[1]
 
 
-def _travel(test: Test, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+def _travel(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Travel [m], strain [-] or angle [rad] as it was recorded."""
-    for role in ("travel", "strain", "angle"):
-        if role in columns:
-            return np.array(columns[role], dtype=float)
-    raise AssertionError(test.kind)
+    role = next(role for role in ("travel", "strain", "angle") if role in columns)
+    return np.array(columns[role], dtype=float)
 
 
 def _less_machine(
-    test: Test, travel: np.ndarray, force: np.ndarray, steps: list[str]
+    test: Test, specimen: Specimen, steps: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Take off the empty machine's force, the tare, and what the machine itself gave way."""
+    """Travel and force of a pull, both upwards, less what is the machine's.
+
+    Off go the tare, the empty machine's force, and what the machine itself gave way; the table of
+    the empty machine counts as that of the specimen.
+    """
     values: Mapping[str, Any] = test.values
-    by_travel = "travel" in test.specimens[0].columns
-    recorded = force - values.get("tare", 0.0)  # the machine gives way to all that it pulls
-    if test.empty is not None:
-        empty = test.empty.columns
-        where = next(r for r in ("travel", "strain", "angle") if r in empty)
-        order = np.argsort(empty[where])
-        reached = empty[where][order][-1]
-        force = force - np.interp(travel, empty[where][order], empty["force"][order])
-        steps.append(f"force of the empty machine ({test.empty.file}) taken off")
-        if travel.max() > 1.01 * reached:
-            steps.append("its last force beyond where it ends")
+    travel, force = _travel(specimen.columns), np.array(specimen.columns["force"], dtype=float)
     if "tare" in values:
         force = force - values["tare"]
         steps.append(f"tare of {values['tare']:.3g} N taken off")
+    signs = upwards(travel, force)
+    if signs != (1.0, 1.0):
+        travel, force = signs[0] * travel, signs[1] * force
+        steps.append("signs turned: pulling was negative")
+    pulled = force  # the machine gives way to all of it
+    if test.empty is not None:
+        way, rubbing = _travel(test.empty.columns), signs[1] * test.empty.columns["force"]
+        way = upwards(way, rubbing)[0] * way
+        order = np.argsort(way)
+        force = force - np.interp(travel, way[order], rubbing[order])
+        steps.append(f"force of the empty machine ({test.empty.file}) taken off")
+        if travel.max() > 1.01 * way.max():
+            steps.append("its last force beyond where it ends")
     if "compliance" in values:
-        if not by_travel:
+        if "travel" not in specimen.columns:
             raise InputError(
                 f"tests.{test.name}: compliance corrects a travel, and the table has none: leave "
                 "it out"
             )
-        travel = travel - values["compliance"] * recorded
+        travel = travel - values["compliance"] * pulled
         steps.append(f"machine's compliance {1e3 * values['compliance']:.3g} mm/N taken off")
     return travel, force
 

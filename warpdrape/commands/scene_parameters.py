@@ -95,6 +95,11 @@ class Parameter:
         found = _OWN_UNIT.search(self.description)
         return found[1] if found else ""
 
+    def _bare(self, number: str) -> str:
+        """How it is given, in words, where no unit may stand behind the number."""
+        its = f"is in {self.unit}" if self.unit else "has no unit"
+        return f"it {its} and is given as a number alone: {self.name}={number}"
+
     def _with_unit(self, text: str) -> float | int | None:
         """Value of a number with a unit, such as 75mm; None for anything else.
 
@@ -107,8 +112,9 @@ class Parameter:
             return None
         units = _UNITS.get(self.unit, {})
         if found[2] not in units:
-            known = ", ".join(units) or f"none, it is in {self.unit or 'no unit'}"
-            raise InputError(f"{self.name} = {text!r}: units it may be given with: {known}")
+            known = ", ".join(units)
+            remedy = f"units it may be given with: {known}" if known else self._bare(found[1])
+            raise InputError(f"{self.name} = {text!r}: {remedy}")
         value = number * units[found[2]]
         if self.kind is float:
             return value

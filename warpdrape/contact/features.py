@@ -142,11 +142,13 @@ def _turns_round(tool: Tool, edges: np.ndarray, asked: np.ndarray, coarse: float
     cells, cell = np.unique(np.floor(places / size).reshape(-1, 3), axis=0, return_inverse=True)
     round_there = np.zeros(len(cells), dtype=bool)
     for k, here in enumerate(near.query_ball_point((cells + 0.5) * size, 0.5 * coarse)):
-        n, at = normals[here], middles[here]
-        across = n @ at.T  # n_i · x_j: of convex surfaces n_i·(x_i − x_j) and n_j·(x_j − x_i) > 0
-        own = np.diag(across)
-        outward = own[:, None] + own[None] - across - across.T > 0.0
-        round_there[k] = ((n @ n.T < ROUND) & outward).any()
+        n = normals[here]
+        apart = n @ n.T < ROUND
+        if apart.any():
+            across = n @ middles[here].T  # n_i · x_j: of convex surfaces n_i·(x_i − x_j) and
+            own = across.diagonal()  # n_j·(x_j − x_i) > 0
+            outward = own[:, None] + own[None] - across - across.T > 0.0
+            round_there[k] = (apart & outward).any()
     found[asked] = round_there[cell.reshape(-1, 3)].any(axis=1)
     return found
 
@@ -164,8 +166,10 @@ def _spots(tool: Tool, size: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _first_of_each(rows: np.ndarray) -> np.ndarray:
     """Indices of the first of each kind of rows, in their order."""
-    _, first = np.unique(rows.astype(np.int64), axis=0, return_index=True)
-    return np.sort(first)
+    rows = rows.astype(np.int64)
+    order = np.lexsort(rows.T)  # of equal rows the first one first
+    another = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    return np.sort(order[np.append(True, another)[: len(rows)]])
 
 
 def along(edges: np.ndarray, spacing: float) -> np.ndarray:

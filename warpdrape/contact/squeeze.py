@@ -77,10 +77,9 @@ class _Held:
         count, x = len(contact.meshes), state.plies.x.numpy()
         planes = memory.planes.numpy().reshape(count, -1)
         self.meshes, self.poses = contact.meshes, state.tools.poses()
-        poses = self.poses
-        at = np.array([pose.into(x) for pose in poses])
+        at = np.array([pose.into(x) for pose in self.poses])
         self.depth = np.maximum(planes["level"] - (planes["normal"] * at).sum(axis=2), 0.0)
-        turned = [pose.direct(n) for pose, n in zip(poses, planes["normal"], strict=True)]
+        turned = [pose.direct(n) for pose, n in zip(self.poses, planes["normal"], strict=True)]
         self.normals = np.array(turned)
         self.pressed = (memory.holds.numpy()["stored"] > 0.0).reshape(count, -1)
         self.thickness = 2.0 * contact.offset.numpy()
@@ -114,7 +113,8 @@ def _at_features(
     if not len(pressing):
         return None
     kept, gap = memory.contacts.numpy()[pressing], memory.seen.numpy()["gap"][pressing]
-    own = contact.features.tools.numpy()[pressing % contact.count]
+    number = pressing % contact.count
+    own = contact.features.tools.numpy()[number]
     vertices, weights = np.stack([kept[corner] for corner in "abc"], axis=1), kept["weights"]
     nearest = vertices[np.arange(len(kept)), weights.argmax(axis=1)]
     worst, found = 0.0, None
@@ -130,7 +130,7 @@ def _at_features(
             worst = float(share[k])
             tools = (min(int(own[k]), other), max(int(own[k]), other))
             thickness = float(held.thickness[nearest[k]])
-            point = contact.features.points.numpy()[pressing[k] % contact.count]
+            point = contact.features.points.numpy()[number[k]]
             apart = _apart(held, (int(own[k]), other), point, -kept["normal"][k], FAR * thickness)
             found = Squeeze(int(nearest[k]), tools, float(depth[k]), thickness, apart)
     return found
@@ -148,16 +148,14 @@ def _apart(
         outward: unit normal there, as the tool has turned, shape [3].
         reach: how far to look [m].
     """
-    (one, ground), mesh = (held.poses[tool] for tool in tools), held.meshes[tools[1]]
+    one, ground = (held.poses[tool] for tool in tools)
+    mesh = held.meshes[tools[1]]
     device = mesh.device
     gap = wp.zeros(1, dtype=wp.float32, device=device)
-    place, direction = (
-        wp.array(a[None], dtype=wp.vec3f, device=device)
-        for a in (point, one.into_directions(outward))
-    )
-    between = wp.mat33f(*(ground.turned.T @ one.turned).ravel())
-    shift = wp.vec3f(*ground.into(one.shift))
-    inputs = [place, direction, mesh.id, between, shift, reach]
+    seen = ground.into(one.place(point[None])), ground.into_directions(outward[None])
+    place, direction = (wp.array(each, dtype=wp.vec3f, device=device) for each in seen)
+    same = wp.mat33f(*np.eye(3).ravel())
+    inputs = [place, direction, mesh.id, same, wp.vec3f(), reach]
     wp.launch(find_gaps, 1, inputs=inputs, outputs=[gap], device=device)
-    found = float(gap.numpy()[0])
-    return found if found < reach else 0.0
+    found = gap.numpy()[0]
+    return float(found) if found < np.float32(reach) else 0.0  # as the kernel has it

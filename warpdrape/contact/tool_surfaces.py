@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any, NamedTuple
+
 import numpy as np
 import warp as wp
 
@@ -24,32 +27,54 @@ def tool_surfaces(scene: Setup, device: str) -> tuple[tuple[wp.Mesh, ...], ToolS
         )
         for tool in scene.tools
     )
-    facets = [len(tool.triangles) for tool in scene.tools]
-    corners = [tool.vertices[tool.triangles] for tool in scene.tools]
-    normals = [contact_normals(tool) for tool in scene.tools]
-    empty = [np.zeros((0, 3, 3))]
+    facets = [facets_of(tool) for tool in scene.tools]
     surfaces = ToolSurfaces()
     surfaces.meshes = wp.array([mesh.id for mesh in meshes], dtype=wp.uint64, device=device)
-    first = np.cumsum([0, *facets])[:-1]
+    first = np.cumsum([0, *(len(tool.triangles) for tool in scene.tools)])[:-1]
     surfaces.first_facet = wp.array(first, dtype=wp.int32, device=device)
-    surfaces.corners = wp.array(np.concatenate(corners or empty), dtype=wp.vec3d, device=device)
-    surfaces.normals = wp.array(np.concatenate(normals or empty), dtype=wp.vec3d, device=device)
-    borders = [border_bits(t.triangles, across_edges(t.triangles)) for t in scene.tools]
-    borders = np.concatenate(borders or [np.zeros(0)])
-    surfaces.borders = wp.array(borders, dtype=wp.int32, device=device)
-    sag = [largest_sag(tool) for tool in scene.tools]
+
+    def put(name: str, dtype: Any, empty: tuple[int, ...] = (0,)) -> wp.array:
+        values = [getattr(own, name) for own in facets] or [np.zeros(empty)]
+        return wp.array(np.concatenate(values), dtype=dtype, device=device)
+
+    surfaces.corners = put("corners", wp.vec3d, (0, 3, 3))
+    surfaces.normals = put("normals", wp.vec3d, (0, 3, 3))
+    surfaces.borders = put("borders", wp.int32)
+    surfaces.hollow = put("hollow", wp.float64)
+    surfaces.ridges = put("ridges", wp.int32)
+    sag = [own.sag for own in facets]
     surfaces.sag = wp.array(sag, dtype=wp.float64, device=device)
-    hollow = [facet_hollows(tool.vertices, tool.triangles) for tool in scene.tools]
-    hollow = np.concatenate(hollow or [np.zeros(0)])
-    surfaces.hollow = wp.array(hollow, dtype=wp.float64, device=device)
     exact = [tool.surface.exact for tool in scene.tools]
     surfaces.exact = wp.array(exact, dtype=wp.int32, device=device)
-    ridges = [ridge_bits(tool) for tool in scene.tools] or [np.zeros(0)]
-    surfaces.ridges = wp.array(np.concatenate(ridges), dtype=wp.int32, device=device)
     is_open = [not tool.surface.mesh.is_watertight for tool in scene.tools]
     surfaces.open = wp.array(is_open, dtype=wp.int32, device=device)
     surfaces.rubs = rubs(scene, [scene.friction_of(tool) for tool in scene.tools], device)
     return meshes, surfaces
+
+
+class Facets(NamedTuple):
+    """What contact knows of a tool's facets: see `ToolSurfaces`, whose part these are."""
+
+    corners: np.ndarray
+    normals: np.ndarray
+    borders: np.ndarray
+    hollow: np.ndarray
+    ridges: np.ndarray
+    sag: float
+
+
+@lru_cache(maxsize=32)
+def facets_of(tool: Tool) -> Facets:
+    """Find what contact knows of a tool's facets; kept, as depths between vertices need it too."""
+    triangles = tool.triangles
+    return Facets(
+        corners=tool.vertices[triangles],
+        normals=contact_normals(tool),
+        borders=border_bits(triangles, across_edges(triangles)),
+        hollow=facet_hollows(tool.vertices, triangles),
+        ridges=ridge_bits(tool),
+        sag=largest_sag(tool),
+    )
 
 
 def contact_normals(tool: Tool) -> np.ndarray:

@@ -69,8 +69,9 @@ def _refuse_facing_away(tool: Tool, points: np.ndarray, plies: Sequence[Ply]) ->
         return
     a, b, c = np.moveaxis(points[tool.triangles], 1, 0)
     middle, upward = (a + b + c) / 3.0, 0.5 * np.cross(b - a, c - a)[:, 2]
+    over = {mesh: over_ply(ply, middle) for mesh, ply in {ply.mesh: ply for ply in plies}.items()}
     for ply in plies:
-        facing = np.where(over_ply(ply, middle), upward * np.sign(ply.z - middle[:, 2]), 0.0)
+        facing = np.where(over[ply.mesh], upward * np.sign(ply.z - middle[:, 2]), 0.0)
         if facing.sum() < -FACING * np.abs(facing).sum():
             raise InputError(
                 f"tool {tool.name!r}: its facets face away from ply {ply.name!r}: take "

@@ -63,7 +63,8 @@ def find_lobes(
         graph: which vertices share an edge.
         field: where it is wrinkled.
     """
-    of_vertex, sides = np.full(len(field.high), -1), []
+    of_vertex = np.full(len(field.high), -1)
+    sides: list[float] = []
     for side in (1.0, -1.0):
         region = _turning(smoothing, near, field, side)
         count, label = components(graph, region)

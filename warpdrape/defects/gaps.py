@@ -34,9 +34,9 @@ class SurfaceGaps:
             wp.array(vertices, dtype=wp.vec3f, device=DEVICE),
             wp.array(np.ravel(triangles), dtype=wp.int32, device=DEVICE),
         )
-        self._corners = wp.array(corners, dtype=wp.vec3d, device=DEVICE)
+        self._corners: wp.array = wp.array(corners, dtype=wp.vec3d, device=DEVICE)
         normals = np.zeros_like(corners) if normals is None else normals
-        self._normals = wp.array(normals, dtype=wp.vec3d, device=DEVICE)
+        self._normals: wp.array = wp.array(normals, dtype=wp.vec3d, device=DEVICE)
         self._size = float(np.linalg.norm(vertices, axis=1).max())
 
     def ways(self, points: np.ndarray, farthest: float | None = None) -> np.ndarray:
@@ -51,7 +51,7 @@ class SurfaceGaps:
         if farthest is None:
             farthest = self._size + float(np.linalg.norm(points, axis=1).max())
         ways = wp.empty(len(points), dtype=wp.vec3d, device=DEVICE)
-        asked = wp.array(points, dtype=wp.vec3d, device=DEVICE)
+        asked: wp.array = wp.array(points, dtype=wp.vec3d, device=DEVICE)
         inputs = [self._mesh.id, self._corners, self._normals, asked, farthest]
         wp.launch(compute_surface_ways, len(points), inputs, outputs=[ways], device=DEVICE)
         return ways.numpy()
@@ -65,7 +65,9 @@ class SurfaceGaps:
         """
         farthest = self._size + float(np.linalg.norm(points, axis=1).max())
         hits = wp.zeros(len(points), dtype=wp.int32, device=DEVICE)
-        rays = [wp.array(each, dtype=wp.vec3d, device=DEVICE) for each in (points, directions)]
+        rays: list[wp.array] = [
+            wp.array(each, dtype=wp.vec3d, device=DEVICE) for each in (points, directions)
+        ]
         inputs = [self._mesh.id, *rays, farthest]
         wp.launch(compute_hits, len(points), inputs, outputs=[hits], device=DEVICE)
         return hits.numpy() > 0

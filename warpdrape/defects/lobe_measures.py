@@ -51,8 +51,8 @@ class LobeMeasures:
 
     def kept(self, keep: np.ndarray) -> LobeMeasures:
         """Those of lobes that are kept, by a mask."""
-        names = ("crest", "amplitude", "wavelength", "wavelength_flat", "length", "axis")
-        names += ("closed", "gain", "height")
+        names = ["crest", "amplitude", "wavelength", "wavelength_flat", "length", "axis"]
+        names += ["closed", "gain", "height"]
         return replace(self, **{name: getattr(self, name)[keep] for name in names})
 
     def excess_of(self, member: np.ndarray) -> np.ndarray:
@@ -165,13 +165,13 @@ def _heights(
         number, axis = lobe_waves.number[k], lobe_waves.axis[k]
         off = (points - points[at]) * (0.5 * number / np.pi)  # in wavelengths
         along, across = off @ axis, off @ [axis[1], -axis[0]]
-        places = [np.array([at])]
+        found = [np.array([at])]
         for way in (1.0, -1.0):
             beside = (np.abs(along) < 0.5) & (way * across > 0.2) & (way * across < 0.8)
             here = np.flatnonzero(beside)
             if len(here):
-                places.append(here[[np.argmin(lobes.side[k] * waves.filtered[here])]])
-        places = np.concatenate(places)
+                found.append(here[[np.argmin(lobes.side[k] * waves.filtered[here])]])
+        places = np.concatenate(found)
         local = np.hypot(waves.filtered[places], waves.slope[places] / number)
         local *= (
             np.where(lobes.side[k] * waves.filtered[places] < 0.0, 1.0, 0.0)

@@ -142,7 +142,7 @@ class WrinkleSearch:
                 amplitude=float(found.amplitude[k]),
                 wavelength=float(found.wavelength[k]),
                 length=float(found.length[k]),
-                axis=tuple(map(float, found.axis[k])),
+                axis=(float(found.axis[k, 0]), float(found.axis[k, 1])),
                 excess=float(excess[k] / found.length[k]),
                 closed=bool(found.closed[k] or lobes.folded[k]),
                 resolved=bool(found.wavelength_flat[k] >= SIDES_PER_WAVE * self._side),
@@ -153,9 +153,9 @@ class WrinkleSearch:
         resolved = np.array([wrinkle.resolved for wrinkle in wrinkles])
         there = member >= 0
         local = np.where(there, found.local_amplitude(member), 0.0)
-        shares = tuple(self._share(there & (resolved[member] == one)) for one in (True, False))
+        seen, unseen = (self._share(there & (resolved[member] == one)) for one in (True, False))
         wrinkles.sort(key=lambda wrinkle: -wrinkle.amplitude)
-        return Wrinkling(tuple(wrinkles), local, shares)
+        return Wrinkling(tuple(wrinkles), local, (seen, unseen))
 
     def _share(self, vertices: np.ndarray) -> float:
         """Share of the flat ply's area round vertices, by a mask [-]."""

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from warpdrape.errors import InputError, one_of
-from warpdrape.exports.formats import FORMATS, Format
+from warpdrape.exports.formats import FORMATS, Format, format_of
 from warpdrape.results.read_run import RunReader
 from warpdrape.results.run_folder import EXPORTS, give_final_name, partial_path
 
@@ -41,7 +41,7 @@ def export(
         InputError: if the format or an option of it is unknown, its package is missing, the run
             cannot be read, the frame is out of range, or the file is there or cannot be written.
     """
-    chosen = FORMATS[one_of("format", to, FORMATS)]
+    chosen = format_of(to)
     given = {name: value for name, value in options.items() if value is not None}
     _refuse_options(chosen, to, given)
     reader = RunReader(run)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 
@@ -109,3 +110,22 @@ FORMATS = {
     ),
 }
 """By the name that a user gives."""
+
+
+def format_of(name: str) -> Format:
+    """Return the format of a name.
+
+    Raises:
+        InputError: if there is none; a program or a file's ending gets the formats that are for it.
+    """
+    from warpdrape.errors import InputError, one_of  # numpy, which `--help` does without
+
+    asked = name.strip(". ").casefold() if isinstance(name, str) else ""
+    meant = [
+        known
+        for known, each in FORMATS.items()
+        if asked in re.findall(r"[\w-]+", f"{each.words} {each.file}".casefold())
+    ]
+    if meant and name not in FORMATS:
+        raise InputError(f"unknown format {name!r}: for it take {' or '.join(meant)}")
+    return FORMATS[one_of("format", name, FORMATS)]

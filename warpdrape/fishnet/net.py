@@ -198,6 +198,6 @@ class Net:
             if len(at):
                 near = at[np.argmin((np.abs(i) + np.abs(j)).flat[at])]
                 node = (int(i.flat[near]), int(j.flat[near]))
-                place = tuple(float(v) for v in self.seen.reshape(-1, 3)[near])
-                found.append(NetEnd(reason, len(at), node, place))
+                x, y, z = map(float, self.seen.reshape(-1, 3)[near])
+                found.append(NetEnd(reason, len(at), node, (x, y, z)))
         return tuple(sorted(found, key=lambda end: sum(map(abs, end.node))))

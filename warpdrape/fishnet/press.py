@@ -173,8 +173,8 @@ def _bound(
         wp.array(soup.reshape(-1, 3), dtype=wp.vec3f, device="cpu"),
         wp.array(np.arange(3 * len(soup)), dtype=wp.int32, device="cpu"),
     )
-    asked = wp.array(at.reshape(-1, 2), dtype=wp.vec2d, device="cpu")
-    corner_array = wp.array(soup, dtype=wp.vec3d, device="cpu")
+    asked: wp.array = wp.array(at.reshape(-1, 2), dtype=wp.vec2d, device="cpu")
+    corner_array: wp.array = wp.array(soup, dtype=wp.vec3d, device="cpu")
     heights = wp.empty(asked.shape, dtype=wp.float64, device="cpu")
     given = [mesh.id, corner_array, asked, far, sign]
     wp.launch(compute_heights, len(asked), given, outputs=[heights], device="cpu")

@@ -76,16 +76,16 @@ def lay_out(
     strips = _strips(surface, spacing)
     start = Place()
     start.facet, start.at = begin.facet, wp.vec2d(*begin.place)
-    halves = wp.array([forth, back, up, down], dtype=wp.int32, device="cpu")
+    halves: wp.array = wp.array([forth, back, up, down], dtype=wp.int32, device="cpu")
     if planes:
-        normals = wp.array(_plane_normals(surface, begin), dtype=wp.vec3d, device="cpu")
+        normals: wp.array = wp.array(_plane_normals(surface, begin), dtype=wp.vec3d, device="cpu")
         given = [surface.arrays, arrays, middle, start, normals, halves, spacing, strips]
         wp.launch(compute_plane_generators, 4, given, device="cpu")
     else:
         longest = max(forth, back, up, down, 1)
         turns = np.zeros((4, longest)) if turns is None else turns
-        angles = wp.array(begin.halves, dtype=wp.float64, device="cpu")
-        bends = wp.array(turns, dtype=wp.float64, device="cpu")
+        angles: wp.array = wp.array(begin.halves, dtype=wp.float64, device="cpu")
+        bends: wp.array = wp.array(turns, dtype=wp.float64, device="cpu")
         given = [surface.arrays, arrays, middle, start, angles, halves, bends, spacing, strips]
         wp.launch(compute_generators, 4, given, device="cpu")
     given = [surface.arrays, arrays, middle, spacing, begin.yarn_angle, limit, strips]

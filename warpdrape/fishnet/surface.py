@@ -121,7 +121,7 @@ class NetSurface:
     def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Facets nearest to points, shape [n], and the nearest points there [m], shape [n, 3]."""
         mesh, corners = self._query
-        asked = wp.array(points, dtype=wp.vec3d, device="cpu")
+        asked: wp.array = wp.array(points, dtype=wp.vec3d, device="cpu")
         facets = wp.empty(len(points), dtype=wp.int32, device="cpu")
         at = wp.empty(len(points), dtype=wp.vec3d, device="cpu")
         far = np.abs(points).max() + np.abs(self.points).max()
@@ -141,7 +141,7 @@ class NetSurface:
         """The highest point over x and y [m], shape [3]; the nearest one where none lies there."""
         mesh, corners = self._query
         heights = wp.empty(1, dtype=wp.float64, device="cpu")
-        asked = wp.array(np.asarray(at, dtype=float)[None], dtype=wp.vec2d, device="cpu")
+        asked: wp.array = wp.array(np.asarray(at, dtype=float)[None], dtype=wp.vec2d, device="cpu")
         far = 2.0 * float(np.abs(self.points).max() + np.abs(at).max())
         wp.launch(compute_heights, 1, [mesh.id, corners, asked, far, 1.0], [heights], device="cpu")
         height = float(heights.numpy()[0])

@@ -157,7 +157,28 @@ def _matrices(scene: Setup) -> tuple[tuple[Any, ...] | None, ...]:
 
     Kept for the scene that was asked for last: the step's bound and the forces both need them.
     """
-    return tuple(_of_ply(scene, number) for number in range(len(scene.plies)))
+    found: dict[Any, tuple[Any, ...] | None] = {}
+    alike = [_alike(scene, number) for number in range(len(scene.plies))]
+    for number, kind in enumerate(alike):
+        if kind not in found:
+            found[kind] = _of_ply(scene, number)
+    return tuple(found[kind] for kind in alike)
+
+
+def _alike(scene: Setup, number: int) -> Any:
+    """What is equal for plies that bend alike: most of a stack."""
+    ply = scene.plies[number]
+    held = any(clamp.ply == ply.name and clamp.slope == "held" for clamp in scene.clamps)
+    return (
+        number
+        if held
+        else (
+            ply.mesh,
+            ply.warp_angle,
+            ply.fabric.yarn_angle,
+            ply.fabric.bending,
+        )
+    )
 
 
 def _of_ply(scene: Setup, number: int) -> tuple[Any, ...] | None:

@@ -131,7 +131,7 @@ def _poor_fits(
     linear, square = root * design[..., :2], root * design[..., 2:]
     slopes = np.linalg.pinv(linear)
     beyond = np.linalg.pinv(square - linear @ (slopes @ square), rcond=math.sqrt(POOREST_FIT))
-    gradient = slopes - slopes @ square @ (beyond - beyond @ linear @ slopes)
+    gradient = slopes - slopes @ square @ beyond  # beyond @ linear is none
     return gradient * np.swapaxes(root, 1, 2) / scale[..., None]
 
 

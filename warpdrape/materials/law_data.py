@@ -177,14 +177,19 @@ def tension_stiffness(fabric: Fabric) -> tuple[float, float]:
 def taut_stiffness(fabric: Fabric) -> tuple[float, float]:
     """The least stiffness of the sheet along its yarns while they are taut [N/m].
 
-    A table's is that of its toe, where crimp goes; of other laws, which have none or keep its
-    geometry however weak the yarns are, that of `tension_stiffness`.
+    A table's is that of its toe, where crimp goes, from one of its steps on: within that a kink at
+    rest, from slack to taut, is rounded. Of other laws, which have no toe or keep its geometry
+    however weak the yarns are, it is that of `tension_stiffness`.
     """
     law = fabric.tension
     if not isinstance(law, TabulatedTension):
         return tension_stiffness(fabric)
     energy, flat = _fitted(law, fabric.yarn_width), np.zeros(1)
-    warp, weft = (strains[strains >= 0.0] for strains in _sampled_strains(energy))
+    steps = 2.0 * np.asarray(energy.spacing)  # of the table: knots lie half as far apart
+    warp, weft = (
+        strains[strains >= min(step, strains[-1]) - 1e-12]
+        for strains, step in zip(_sampled_strains(energy), steps, strict=True)
+    )
     return (
         float(energy.derivative(warp, flat, (2, 0)).min()),
         float(energy.derivative(flat, weft, (0, 2)).min()),

@@ -1,9 +1,11 @@
 """A spline energy for a table of biaxial tensions, so that they come from a potential.
 
 W(ε1, ε2) = Σ c[i, j] B_i(ε1) B_j(ε2), uniform cubic B-splines, ∂W/∂ε_α fitted to N_α = T_α/b_α.
-Gradients at the knots do not see coefficients of alternating sign, and a short table has fewer
-tensions than coefficients: so third differences of these carry a small weight. They vanish for
-tensions that are linear in the strains.
+Gradients at the knots do not see coefficients of alternating sign: where tension sets in within a
+step of the table, ripples of it would go on for ever through yarns that are slack. So knots lie
+half as far apart as the table's strains, the tensions between are those of monotone interpolation
+(Fritsch and Carlson), and fourth differences of the coefficients carry a weight by which ripples
+are gone two or three knots on. They vanish for tensions that are quadratic in the strains.
 """
 
 from __future__ import annotations
@@ -15,8 +17,10 @@ import numpy as np
 from warpdrape.errors import InputError
 from warpdrape.materials.laws import TabulatedTension
 
-SMOOTHING = 1e-3
-"""Weight of third differences of the coefficients over that of a tension [-]."""
+SMOOTHING = 0.05
+"""Weight of fourth differences of the coefficients over that of a tension [-]: of 16 times the
+amplitude of a ripple, where a tension sees it by how far its wave number is from π, so that it
+falls by e over 1/(16 · 0.05) = 1.25 knots."""
 NO_POTENTIAL = 0.2
 """Misfit above which a table is refused [-]."""
 POOR_POTENTIAL = 0.02
@@ -32,7 +36,7 @@ class SplineEnergy:
         origin: strains at the first knots [-].
         spacing: strains between knots [-].
         intervals: number of intervals along ε1, ε2.
-        misfit: largest |fitted − tabulated| tension over the largest tension [-].
+        misfit: largest |fitted − tabulated| tension at the table's strains over the largest [-].
         warning: what is doubtful about the fit; empty where nothing is.
     """
 
@@ -60,12 +64,12 @@ def fit_energy(table: TabulatedTension, yarn_width: tuple[float, float]) -> Spli
     Raises:
         InputError: the tensions are all zero, or far from having a potential.
     """
-    warp, weft = np.asarray(table.strain_warp), np.asarray(table.strain_weft)
+    warp, weft = (_halved(np.asarray(each)) for each in (table.strain_warp, table.strain_weft))
     origin = (float(warp[0]), float(weft[0]))
     intervals = (len(warp) - 1, len(weft) - 1)
     spacing = (float(np.ptp(warp)) / intervals[0], float(np.ptp(weft)) / intervals[1])
     tensions = np.asarray(table.tension_warp), np.asarray(table.tension_weft)
-    lines = np.stack([t / width for t, width in zip(tensions, yarn_width, strict=True)])
+    lines = np.stack([_between(t) / b for t, b in zip(tensions, yarn_width, strict=True)])
     largest = np.abs(lines).max()
     if largest == 0.0:
         raise InputError("tension_warp and tension_weft are all zero: give tensions [N per yarn]")
@@ -85,6 +89,25 @@ def fit_energy(table: TabulatedTension, yarn_width: tuple[float, float]) -> Spli
     zero = np.zeros(1)
     coefficients = coefficients - fitted.derivative(zero, zero, (0, 0))[0, 0]
     return SplineEnergy(coefficients, origin, spacing, intervals, misfit, warning)
+
+
+def _halved(strains: np.ndarray) -> np.ndarray:
+    """Evenly spaced strains and those half way between them, shape [2 n - 1]."""
+    return np.linspace(strains[0], strains[-1], 2 * len(strains) - 1)
+
+
+def _between(tensions: np.ndarray) -> np.ndarray:
+    """Tensions, and those half way between them, shape [2 n - 1, 2 m - 1]: rising where they rise.
+
+    Args:
+        tensions: at evenly spaced strains, shape [n, m].
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    for axis in (0, 1):
+        place = np.arange(float(tensions.shape[axis]))
+        tensions = PchipInterpolator(place, tensions, axis=axis)(_halved(place))
+    return tensions
 
 
 def _misfit(
@@ -107,8 +130,8 @@ def _least_squares(lines: np.ndarray, spacing: tuple[float, float]) -> np.ndarra
     value_1, slope_1 = (sparse.csr_array(_knot_basis(n, order)) for order in (0, 1))
     value_2, slope_2 = (sparse.csr_array(_knot_basis(m, order)) for order in (0, 1))
     h = min(spacing)
-    rough_1 = sparse.kron(_third_difference(n + 2), sparse.eye_array(m + 2))
-    rough_2 = sparse.kron(sparse.eye_array(n + 2), _third_difference(m + 2))
+    rough_1 = sparse.kron(_fourth_difference(n + 2), sparse.eye_array(m + 2))
+    rough_2 = sparse.kron(sparse.eye_array(n + 2), _fourth_difference(m + 2))
     anchor = sparse.csr_array(([1.0], ([0], [0])), shape=(1, (n + 2) * (m + 2)))
     matrix = sparse.vstack(
         [
@@ -130,11 +153,12 @@ def _least_squares(lines: np.ndarray, spacing: tuple[float, float]) -> np.ndarra
     return h * solution[rows:].reshape(n + 2, m + 2)
 
 
-def _third_difference(size: int):
-    """Sparse matrix of third differences, shape [size - 3, size]."""
+def _fourth_difference(size: int):
+    """Sparse matrix of fourth differences, shape [size - 4, size]."""
     from scipy import sparse
 
-    return sparse.diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size))
+    weights = [1.0, -4.0, 6.0, -4.0, 1.0]
+    return sparse.diags_array(weights, offsets=[0, 1, 2, 3, 4], shape=(size - 4, size))
 
 
 def _knot_basis(knots: int, order: int) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from warpdrape.errors import InputError, finite, nearest, said
 from warpdrape.studies.study_file import check_keys
@@ -71,10 +71,14 @@ class Aims:
     quasi_static: bool = True
 
     @property
+    def every(self) -> tuple[Objective | Constraint, ...]:
+        """Objectives, then constraints."""
+        return (*self.objectives, *self.constraints)
+
+    @property
     def measures(self) -> list[str]:
         """Names of the measures that are needed, each once."""
-        names = [each.measure for each in (*self.objectives, *self.constraints)]
-        return list(dict.fromkeys(names))
+        return list(dict.fromkeys(each.measure for each in self.every))
 
     def score(self, values: Mapping[str, float | None], summary: Mapping[str, Any]) -> Score:
         """What a run that completed is worth.
@@ -118,6 +122,10 @@ class Score:
     objectives: tuple[float, ...] = ()
     excess: tuple[float, ...] = ()
     why: str = ""
+
+    def value(self, measure: str) -> float:
+        """A measure of a run that counts, where none is None."""
+        return cast(float, self.values[measure])
 
     @property
     def counts(self) -> bool:

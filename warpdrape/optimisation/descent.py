@@ -61,7 +61,7 @@ class NoSlope(Exception):
 
     def words(self, axes: Sequence[Axis], aims: Aims) -> str:
         """What to do about it, with measure and parameter as their file names them."""
-        aim = (*aims.objectives, *aims.constraints)[self.measure]
+        aim = aims.every[self.measure]
         name = axes[self.axis].varied.name
         wide, narrow = aim.sign * self.wide, aim.sign * self.narrow
         return (
@@ -129,7 +129,7 @@ def propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int)
     return random_places(axes, 1, seed)
 
 
-def _key(place: Sequence[float]) -> Place:
+def _key(place: Sequence[float] | np.ndarray) -> Place:
     return tuple(round(float(at), DIGITS) for at in place)
 
 
@@ -140,11 +140,11 @@ class _Runs:
     there: dict[Place, Score]
     used: set[Place]
 
-    def score(self, place: Sequence[float]) -> Score:
+    def score(self, place: Sequence[float] | np.ndarray) -> Score:
         """Of the run at a place."""
         return self.scores([place])[0]
 
-    def scores(self, places: Sequence[Sequence[float]]) -> list[Score]:
+    def scores(self, places: Sequence[Sequence[float] | np.ndarray]) -> list[Score]:
         """Of runs at places; all that are missing are wanted at once."""
         keys = [_key(place) for place in places]
         self.used.update(keys)

@@ -64,7 +64,8 @@ def corrected(score: Score, aims: Aims, pairs: Sequence[tuple[Score, Score]]) ->
         return score
     values = dict(score.values)
     for name in aims.measures:
-        values[name] += float(np.mean([b.values[name] - a.values[name] for a, b in both]))
+        change = float(np.mean([b.value(name) - a.value(name) for a, b in both]))
+        values[name] = score.value(name) + change
     return aims.of_values(values)
 
 

@@ -71,7 +71,7 @@ def area_dominated(points: Sequence[Sequence[float]], corner: Sequence[float]) -
         corner: worst of both.
     """
     inside = [p for p in points if p[0] < corner[0] and p[1] < corner[1]]
-    steps = sorted(inside[k] for k in front_of(inside))
+    steps = sorted((inside[k] for k in front_of(inside)), key=tuple)
     area, height = 0.0, corner[1]
     for first, second in steps:
         area += (corner[0] - first) * (height - second)

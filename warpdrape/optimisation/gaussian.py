@@ -66,8 +66,8 @@ def _propose(axes: Sequence[Axis], known: Sequence[Known], count: int, seed: int
         if aim is None or values.shape[1] > 1:
             weight = (first + k / count) % 1.0  # evenly over a batch
             aim = Process(axes, places, _weighed(values, weight), seed)
-            for place in found:
-                aim.believe(np.array([place]))
+            for chosen in found:
+                aim.believe(np.array([chosen]))
         doubt = k % 2 == 1 and values.shape[1] == 1 and feasible.any()
         worth = (_doubt if doubt else _worth)(aim, limits, places[feasible])
         worth = _apart(axes, worth, np.vstack([places, *found]))

@@ -185,7 +185,9 @@ def _own(study: Study, varied: Varied) -> Any:
     """A parameter's own value: the scene's default, or what the card says."""
     if varied.own is not None:
         return varied.own.default
-    return 1.0 if varied.relative else float(study.card.table(varied.key)["value"])
+    if varied.relative or study.card is None:
+        return 1.0
+    return float(study.card.table(varied.key)["value"])
 
 
 def _coarse(study: Study, table: Mapping[str, Any], varied: list[str]) -> Coarse:

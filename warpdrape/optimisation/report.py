@@ -111,7 +111,7 @@ def _settings_table(runner: Runner) -> str:
             means = [f"{objective.sign * c.mean(k):.5g}" if c.repeats else "" for _, c in found]
             rows.append([f"{objective.measure}, mean of repeats", *means])
     for constraint in task.aims.constraints:
-        kept = [constraint.excess(c.score.values[constraint.measure]) <= 0.0 for _, c in found]
+        kept = [constraint.excess(c.score.value(constraint.measure)) <= 0.0 for _, c in found]
         rows.append([constraint.words, *("kept" if each else "not kept" for each in kept)])
     return list_of(names, rows)
 

@@ -7,6 +7,7 @@ written down, finds most of them done, and comes to where it was.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -138,7 +139,8 @@ def _new_ones(places: Sequence[Place], tried: set[Place], others: Sequence[Place
     """Places that were not tried, others for those that were; fewer where there are none left."""
     found: list[Place] = []
     instead = iter(others)
-    for place in places:
+    for wanted in places:
+        place: Place | None = wanted
         while place is not None and (place in tried or place in found):
             place = next(instead, None)
         if place is not None:
@@ -176,7 +178,7 @@ def _repeat(runner: Runner) -> None:
     again: list[Trial] = []
     for trial in best:
         asked = [Asked(trial.row, trial.place, trial.number, settings) for settings in task.repeats]
-        again += book.asked(REPEAT, trial.number, lambda asked=asked: asked)
+        again += book.asked(REPEAT, trial.number, partial(list, asked))
     runner.do(again)
 
 

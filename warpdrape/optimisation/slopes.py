@@ -11,6 +11,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def find_slopes(runner: Runner) -> list[Slope]:
             continue
         places = [_moved(start, k, shift) for shift in _SHIFTS]
         asked = [Asked(row_at(task.axes, place), place) for place in places]
-        trials[k] = book.asked(SLOPE, k, lambda asked=asked: asked)
+        trials[k] = book.asked(SLOPE, k, partial(list, asked))
     if not trials:
         raise InputError("slopes are of parameters with a range: all have whole numbers or words")
     runner.do([trial for four in trials.values() for trial in four])

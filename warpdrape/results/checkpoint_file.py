@@ -100,7 +100,8 @@ def read_checkpoint(folder: Path) -> Checkpoint | None:
 def damaged(folder: Path, why: str) -> InputError:
     """The error of a checkpoint that cannot be used."""
     return InputError(
-        f"{folder / CHECKPOINT} is damaged ({why}): run the scene anew with --overwrite"
+        f"{folder / CHECKPOINT} is damaged, or of another version ({why}): run the scene anew with "
+        "--overwrite"
     )
 
 

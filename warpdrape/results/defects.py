@@ -41,10 +41,10 @@ class DefectWatch:
 
     @cached_property
     def _searches(self) -> list[WrinkleSearch]:
-        return [
-            WrinkleSearch(ply.mesh, ply.fabric.thickness, self._scene.defects)
-            for ply in self._scene.plies
-        ]
+        """Of each ply; one of plies that are alike, as its filters take a while."""
+        kinds = [(ply.mesh, ply.fabric.thickness) for ply in self._scene.plies]
+        found = {kind: WrinkleSearch(*kind, self._scene.defects) for kind in kinds}
+        return [found[kind] for kind in kinds]
 
     def _ways(self, points: np.ndarray, poses: Sequence[Pose]) -> list[np.ndarray]:
         return list(self._gaps.ways(points, poses))

@@ -111,7 +111,7 @@ def _short(seconds: float) -> str:
 
 def plan_text(asked: Study, rows: Sequence[Row]) -> str:
     """What a study would run: how many runs, and the first and last of them."""
-    numbers = range(len(rows))
+    numbers: Sequence[int] = range(len(rows))
     if len(rows) > 2 * SHOWN:
         numbers = [*range(SHOWN), *range(len(rows) - SHOWN, len(rows))]
     lines = [f"{asked.name}: {len(rows)} runs of {asked.script.name}, design {asked.design.kind}"]
@@ -155,7 +155,7 @@ def _measures(table: Table) -> list[str]:
     if table.completed.sum() < 2 or not table.measures:
         return []
     found = effects(table)
-    rows = [("measure", "mean", "sd", "from", "to", "goes most with")]
+    rows: list[tuple[str, ...]] = [("measure", "mean", "sd", "from", "to", "goes most with")]
     for name in table.measures:
         values = table.numbers(name)
         values = values[np.isfinite(values)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def keep_fields(folder: Path, path: Path, *, wanted: bool = True) -> None:
         return
     reader = RunReader(folder)
     result = reader.result()
-    arrays: dict[str, np.ndarray] = {"plies": np.array([ply.name for ply in result.plies])}
+    arrays: dict[str, Any] = {"plies": np.array([ply.name for ply in result.plies])}
     for k, (ply, entry) in enumerate(zip(result.plies, reader.summary["plies"], strict=True)):
         locking = entry.get("defects", {}).get("shear", {}).get("locking_angle_deg")
         wrinkle = np.zeros(len(ply.triangles)) if ply.wrinkle is None else ply.wrinkle

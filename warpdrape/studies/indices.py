@@ -81,14 +81,20 @@ def _saltelli(table: Table, design: Design) -> tuple[list[Index], str]:
                 seed=SEED,
             )
         found += [
-            Index(measure, name, *(float(got[key][k]) for key in _KEYS), "Saltelli", len(values))
+            Index(
+                measure,
+                name,
+                first=float(got["S1"][k]),
+                first_95=float(got["S1_conf"][k]),
+                total=float(got["ST"][k]),
+                total_95=float(got["ST_conf"][k]),
+                method="Saltelli",
+                runs=len(values),
+            )
             for k, name in enumerate(table.parameters)
         ]
     words = f"{lost} of {design.runs} samples are left out, as runs of them failed." if lost else ""
     return found, words
-
-
-_KEYS = ("S1", "S1_conf", "ST", "ST_conf")
 
 
 def _rbd_fast(table: Table, design: Design) -> tuple[list[Index], str]:

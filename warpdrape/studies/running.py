@@ -163,7 +163,7 @@ def run_study(
     progress = StudyProgress(len(rows), len(outcomes), failed, quiet=quiet)
     cost = Cost()
     if not jobs:
-        return rows, outcomes, cost
+        return list(rows), outcomes, cost
     if outcomes:
         progress.say(f"{len(outcomes)} of {len(rows)} runs have ended before, {len(jobs)} to go.")
     before, children = time.process_time(), _children_s()
@@ -178,7 +178,7 @@ def run_study(
     cost.own_s = time.process_time() - before
     if scheduler is None:
         cost.children_s = _children_s() - children
-    return rows, outcomes, cost
+    return list(rows), outcomes, cost
 
 
 def _children_s() -> float:

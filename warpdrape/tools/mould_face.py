@@ -140,7 +140,7 @@ def _is_seen(mesh: trimesh.Trimesh) -> np.ndarray:
     middle = corners.mean(axis=1)
     size = float(np.abs(corners).max())
     heights = wp.empty(len(middle), dtype=wp.float64, device="cpu")
-    asked = wp.array(np.ascontiguousarray(middle[:, :2]), dtype=wp.vec2d, device="cpu")
+    asked: wp.array = wp.array(np.ascontiguousarray(middle[:, :2]), dtype=wp.vec2d, device="cpu")
     given = [query.id, wp.array(corners, dtype=wp.vec3d, device="cpu"), asked, 2.0 * size, 1.0]
     wp.launch(compute_heights, len(middle), given, outputs=[heights], device="cpu")
     return heights.numpy() - middle[:, 2] < SEEN * size

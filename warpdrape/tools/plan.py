@@ -54,8 +54,8 @@ def rounded_polygon(points: Sequence[Sequence[float]], radius: float) -> list[Pi
         first = math.atan2(-tx, ty)
         pieces.append(Arc((float(center[0]), float(center[1])), radius, first, first + turn))
         if lengths[k] - both[k] > FLAT * lengths.max():
-            following = starts[(k + 1) % len(corners)]
-            pieces.append(Line(tuple(map(float, ends[k])), tuple(map(float, following))))
+            (x, y), (u, v) = ends[k].tolist(), starts[(k + 1) % len(corners)].tolist()
+            pieces.append(Line((x, y), (u, v)))
     return pieces
 
 
@@ -113,6 +113,7 @@ def waisted_half(radius: float, distance: float, waist: float) -> list[Piece]:
     """The half of a `waisted` outline with y > 0, from its right tip to its left one."""
     hollow, a = waist_radius(radius, distance, waist), 0.5 * distance
     quarter = 0.5 * math.pi
+    between: Piece
     if math.isinf(hollow):
         turn, between = 0.0, Line((a, radius), (-a, radius))
     else:

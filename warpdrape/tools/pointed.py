@@ -92,7 +92,7 @@ class Pointed:
         """
         size("facet", facet)
         around = self._pieces(facet)
-        refuse_too_many(around * np.linalg.norm(np.ptp(self.rim, axis=0)) / facet, facet)
+        refuse_too_many(around * float(np.linalg.norm(np.ptp(self.rim, axis=0))) / facet, facet)
         parts = [*self._flats(facet), *self._edges(facet, around), *self._points(around)]
         corners = np.concatenate([part[0].reshape(-1, 3, 3) for part in parts])
         normals = np.concatenate([part[1].reshape(-1, 3, 3) for part in parts])

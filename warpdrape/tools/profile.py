@@ -191,10 +191,11 @@ def refuse_too_many(quads: float, facet: float) -> None:
         )
 
 
-def sample_pieces(pieces: list[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
+def sample_pieces(pieces: Sequence[Piece], facet: float) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the profile's facets and the normals there, both shape [facet, 2, 2]."""
     size("facet", facet)
-    ends, normals = [], []
+    ends: list[np.ndarray] = []
+    normals: list[np.ndarray] = []
     for piece in pieces:
         points = piece.sample(facet)
         if ends and np.linalg.norm(points[0] - ends[-1][-1, 1]) > 1e-9:

@@ -32,7 +32,7 @@ def box_punch(plan: list[Piece], edge_radius: float, height: float, facet: float
     r = size("punch edge_radius", edge_radius)
     if size("punch height", height) <= r:
         raise InputError(f"punch height = {height} m must exceed its edge_radius {r} m")
-    profile = [Line((0.0, height), (0.0, r)), Arc((-r, r), r, 0.0, -0.5 * math.pi)]
+    profile: list[Piece] = [Line((0.0, height), (0.0, r)), Arc((-r, r), r, 0.0, -0.5 * math.pi)]
     wall = sweep(plan, profile, facet)
     return joined([wall, flat_inside(plan, -r, 0.0, False, facet)])
 
@@ -63,7 +63,7 @@ def holder(plan: list[Piece], offset: float, outer_radius: float, facet: float) 
         facet: facet size [m].
     """
     e, d = HOLDER_EDGE, size("holder offset", offset)
-    profile = [
+    profile: list[Piece] = [
         Arc((d + e, e), e, -0.5 * math.pi, -math.pi),
         Line((d, e), (d, 5.0 * e)),
     ]

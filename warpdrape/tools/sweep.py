@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 import trimesh
@@ -110,7 +111,7 @@ def flat_outside(
 
 def joined(parts: Sequence[Surface]) -> Surface:
     """Surfaces as one, connected where they have points in common."""
-    mesh = trimesh.util.concatenate([part.mesh for part in parts])
+    mesh = cast(trimesh.Trimesh, trimesh.util.concatenate([part.mesh for part in parts]))
     mesh.merge_vertices()
     normals = np.concatenate([part.normals for part in parts])
     return Surface(mesh, normals, exact=all(part.exact for part in parts))

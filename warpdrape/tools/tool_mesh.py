@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
+from typing import cast
 
 import numpy as np
 import trimesh
@@ -35,7 +36,7 @@ def read_surface(
         scale: metres per unit of a mesh file.
         tolerance: chord error of the facets of a CAD file [m].
     """
-    if is_cad(source):
+    if not isinstance(source, trimesh.Trimesh) and is_cad(source):
         return cad_surface(name, source, scale, tolerance)[0]
     if tolerance is not None:
         raise InputError(
@@ -82,7 +83,7 @@ def read_facets(
         InputError: if the file is missing, unreadable, empty or holds NaN.
     """
     positive("scale", scale)
-    if is_cad(source):
+    if not isinstance(source, trimesh.Trimesh) and is_cad(source):
         return cad_surface(name, source, scale)[0].mesh
     mesh = source if isinstance(source, trimesh.Trimesh) else _read_mesh(name, source)
     if len(mesh.faces) == 0:
@@ -132,7 +133,8 @@ def _read_mesh(name: str, source: str | os.PathLike) -> trimesh.Trimesh:
     if not os.path.isfile(source):
         raise InputError(f"tool {name!r}: no mesh file {os.fspath(source)!r}")
     try:
-        mesh = trimesh.load(source, force="mesh", process=False)
+        loaded = trimesh.load(os.fspath(source), force="mesh", process=False)
+        mesh = cast(trimesh.Trimesh, loaded)
         if len(mesh.faces) == 0:  # also of bytes that a package for encodings made letters of
             raise ValueError("it holds no facets")
     except Exception as error:  # trimesh raises whatever its readers raise

@@ -123,7 +123,7 @@ class UnitCell:
                     f"crimp_{f} = {_percent(c)}" for f, c in zip(FAMILIES, self.crimp, strict=True)
                 ]
                 raise InputError(
-                    f"{' and '.join(shown)} need yarns of {2e3 * needed:.4g} mm together, "
+                    f"{' and '.join(shown)} need heights of {2e3 * needed:.4g} mm together, "
                     f"height_warp and height_weft are {2e3 * total:.4g} mm: correct one, or leave "
                     "one crimp out"
                 )
