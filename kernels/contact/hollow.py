@@ -127,6 +127,21 @@ def hollow_at_corner(
 
 
 @wp.func
+def is_beside(
+    facets: PlyFacets, nearest: NearestFacet, k: int, way: wp.float64, x: wp.array(dtype=wp.vec3d)
+) -> bool:
+    """Whether a point lies so near to the edge across from a corner that it may cross its hollow.
+
+    At a height d over facets that bend by φ up to 90° the two are as near d tan φ/2 ≤ d aside.
+    """
+    at = facets.corners[nearest.facet]
+    one = x[at[(k + 1) % 3]]
+    along = x[at[(k + 2) % 3]] - one
+    twice = wp.length(wp.cross(along, x[at[k]] - one))
+    return nearest.weights[k] * twice <= (way + wp.length(nearest.offset)) * wp.length(along)
+
+
+@wp.func
 def hollow_over_edge(
     facets: PlyFacets,
     nearest: NearestFacet,
@@ -144,8 +159,7 @@ def hollow_over_edge(
     """
     zero = wp.float64(0.0)
     found = Hollow()
-    found.own = plane_over(facets, nearest.facet, side, thickness, x, hollows, point)
-    own = gap_slope(found.own, side, x)
+    own = wp.vec3d()
     through = side * wp.dot(unit_normal(facets, nearest.facet, x), nearest.offset) < zero
     corners = facets.corners[nearest.facet]
     beside = facets.beside[nearest.facet]
@@ -154,12 +168,17 @@ def hollow_over_edge(
     for k in range(3):
         if beside[k] < 0 or (on_edge and w[k] > zero):
             continue
+        if not is_beside(facets, nearest, k, way, x):
+            continue
         inward = x[corners[k]] - x[corners[(k + 1) % 3]]
         if through and side * wp.dot(unit_normal(facets, beside[k], x), inward) > zero:
             continue
         there = nearest_on_facet(facets, beside[k], x, point)
         if wp.length(there.offset) > wp.length(nearest.offset) + wp.float64(2.0) * way:
             continue  # out of reach, though its plane, of a flat ply, is as near
+        if not exists(found.own):
+            found.own = plane_over(facets, nearest.facet, side, thickness, x, hollows, point)
+            own = gap_slope(found.own, side, x)
         plane = plane_over(facets, beside[k], side, thickness, x, hollows, point)
         bend = own - gap_slope(plane, side, x)
         if wp.dot(bend, inward) < zero and may_be_nearer(found.own, bend, way, plane):
