@@ -176,6 +176,7 @@ STEPPED = {
     "quasi_static": flag,
     "loaded": flag,
     **dict.fromkeys(("energy_error", "kinetic_ratio", "max_penetration_m"), number),
+    "kinetic_ratio_loaded": number,
     **dict.fromkeys(("mass_kg", "added_mass_kg", "added_mass_kinetic_ratio"), number),
     **dict.fromkeys(("mass_scaling_order", "yarn_softening", "softening_strain"), number),
     "numerical_error": either("not_known", entries({"not_known": text}), ESTIMATE),
