@@ -176,12 +176,14 @@ STEPPED = {
     "quasi_static": flag,
     "loaded": flag,
     **dict.fromkeys(("energy_error", "kinetic_ratio", "max_penetration_m"), number),
-    "kinetic_ratio_loaded": number,
     **dict.fromkeys(("mass_kg", "added_mass_kg", "added_mass_kinetic_ratio"), number),
     **dict.fromkeys(("mass_scaling_order", "yarn_softening", "softening_strain"), number),
     "numerical_error": either("not_known", entries({"not_known": text}), ESTIMATE),
 }
 PACED = dict.fromkeys(("kinetic_limit", "slowest_pace", "kinetic_over_limit"), number)
-CLOCK = {"process_clock": entries(dict.fromkeys(("process_s", "inertia"), number))}
-OF_STEPS = either("kinetic_limit", entries({**STEPPED, **PACED}, CLOCK), entries(STEPPED, CLOCK))
+MAY_BE = {
+    "process_clock": entries(dict.fromkeys(("process_s", "inertia"), number)),
+    "kinetic_ratio_loaded": number,
+}
+OF_STEPS = either("kinetic_limit", entries({**STEPPED, **PACED}, MAY_BE), entries(STEPPED, MAY_BE))
 SUMMARY = either("not_given", OF_A_NET, OF_STEPS)

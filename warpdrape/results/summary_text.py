@@ -185,7 +185,7 @@ def _calm(summary: Mapping[str, Any]) -> str:
     words = f"kinetic over internal energy {_percent(summary['kinetic_ratio'])} at the end"
     if summary["quasi_static"]:
         return f"{words}: quasi-static"
-    mean = summary["kinetic_ratio_loaded"]
+    mean = summary.get("kinetic_ratio_loaded", 0.0)
     if mean >= QUASI_STATIC_MEAN:
         words += f", {_percent(mean)} in the mean under load"
     return f"{words}: NOT quasi-static"
