@@ -57,6 +57,7 @@ if __name__ == "__main__":
         said["one"] = client.submit(about, pure=False).result()
         print(json.dumps(said), flush=True)
         worker = psutil.Process(said["one"][0])
+        time.sleep(1.0)  # one killed before its keeper has heard that it is up takes that along
         for process in [worker.parent(), worker] if "keeper" in sys.argv else [worker]:
             process.kill()
         said["two"] = client.submit(about, pure=False).result()
