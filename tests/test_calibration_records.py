@@ -1,6 +1,7 @@
 """What a machine adds to a record is taken off: slack, preload, toe, its own give."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,7 +50,12 @@ def test_toe_empty_machine_sign_and_unloading():
         "picture_frame", {"travel": travel, "force": 40 * travel + 3.0}, values={"side": 0.2},
         empty=empty,
     )  # fmt: skip
-    assert loading_curve(test, test.specimens[0]).raw_force[0] == pytest.approx(0.0, abs=1e-9)
+    curve = loading_curve(test, test.specimens[0])
+    assert curve.raw_force[0] == pytest.approx(0.0, abs=1e-9)
+    assert not any("beyond where it ends" in step for step in curve.steps)
+    half = Specimen("e", "e.csv", {"travel": 0.5 * travel, "force": 3.0 + 0 * travel})
+    steps = loading_curve(replace(test, empty=half), test.specimens[0]).steps
+    assert "its last force beyond where it ends" in steps
 
 
 def test_a_machine_gives_way_to_the_force_of_the_empty_frame_too():

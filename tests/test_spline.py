@@ -68,6 +68,8 @@ def test_yarns_that_are_slack_stay_slack(onset):
     slack = tension[fine < onset - 2.0 * step]
     assert len(slack) > 200
     assert np.abs(slack).max() < 1e-3 * most  # with knots at whole steps 1 %
+    further = (fine < onset - 4.0 * step) & (fine > onset - 6.0 * step)
+    assert np.abs(tension[further]).max() < 1e-5 * most  # ripples die out
     assert np.abs(tension - taut(fine)[:, None]).max() < 0.5 * stiffness * step
 
 

@@ -93,7 +93,11 @@ def test_a_triangle_over_a_hollow_is_told_from_too_little_room_and_finer_ones_fi
     left = float(re.search(r"they leave (\S+) mm there, but the ply's flat", said)[1])
     assert 1e3 * apart * np.cos(FLANK) - 0.01 <= left <= 1.001e3 * apart
     assert "refine the ply" in said and "leave the ply its thickness" not in said
-    assert complaints(bent_into_a_valley(16)[0]) == []
+    fine = bent_into_a_valley(16)[0]
+    assert complaints(fine) == []
+    assert float(re.search(r"(\S+) mm below", said)[1]) == pytest.approx(0.319, abs=0.01)
+    forces = [np.abs(each.history["edge_force_n"]).max() for each in (coarse, fine)]
+    assert forces == pytest.approx([972.0, 5.0], rel=0.05)
 
 
 def test_how_far_tools_that_have_turned_are_apart():

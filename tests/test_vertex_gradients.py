@@ -36,3 +36,16 @@ def test_linear_functions_have_their_gradients_on_strips_too(pattern, width):
     ]
     np.testing.assert_allclose(found[0], 3.0, atol=1e-11)
     np.testing.assert_allclose(found[1], -2.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("pattern", ["grid", "diagonal"])
+@pytest.mark.parametrize("width", [0.06, 0.01])
+def test_parabolas_along_the_ply_have_theirs_on_strips_too(pattern, width):
+    """A strip one square wide shows x² and x y, though not y²."""
+    mesh = Ply.rectangle("p", "carbon_interlock", 0.06, width, edge=0.01, mesh=pattern).mesh
+    x, y = np.asarray(mesh.vertices).T
+    along, across = vertex_gradients(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    np.testing.assert_allclose(along @ x**2, 2.0 * x, atol=1e-11)
+    np.testing.assert_allclose(across @ x**2, 0.0, atol=1e-11)
+    np.testing.assert_allclose(along @ (x * y), y, atol=1e-11)
+    np.testing.assert_allclose(across @ (x * y), x, atol=1e-11)

@@ -76,7 +76,8 @@ def read_drawing(
     factor, name = _unit(who, path, drawing, unit)
     entities = _on_layer(who, path, list(_entities(drawing.modelspace())), layer)
     make = needed("ezdxf.path", "dxf").make_path
-    closed, loose = [], []
+    closed: list[np.ndarray] = []
+    loose: list[np.ndarray] = []
     for entity in entities:
         curve = make(entity, segments=ARCS)
         if len(curve) == 0:

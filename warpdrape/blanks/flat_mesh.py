@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,7 +63,7 @@ class FlatMesh:
         points = _numbers("vertices", vertices)
         if points.ndim == 2 and points.shape[1] == 3:
             points = _flatten(points, "vertices")
-        return cls(points, triangles)
+        return cls(points, cast(NDArray[np.int32], triangles))  # checked when it is made
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], scale: float = 1.0) -> FlatMesh:
@@ -91,7 +91,8 @@ class FlatMesh:
     def vertex_areas(self) -> NDArray[np.float64]:
         """Each vertex' third of the triangles around it [m²], shape [vertex]."""
         shares = np.repeat(self.areas / 3.0, 3)
-        return np.bincount(self.triangles.ravel(), shares, minlength=len(self.vertices))
+        around = np.bincount(self.triangles.ravel(), shares, len(self.vertices))
+        return np.asarray(around, np.float64)
 
     @cached_property
     def edges(self) -> Edges:
@@ -134,10 +135,12 @@ def check_mesh(
         raise InputError(f"triangles have shape {rows.shape}; need (triangles, 3), at least one")
     if not np.issubdtype(rows.dtype, np.integer):
         raise InputError(f"triangles hold {rows.dtype}; need vertex indices (whole numbers)")
-    _refuse(~np.isfinite(points).all(axis=1), "vertices {} are not finite: repair or remove them")
-    far = (np.abs(points) > SIZES[1]).any(axis=1)
+    _refuse(
+        ~np.all(np.isfinite(points), axis=1), "vertices {} are not finite: repair or remove them"
+    )
+    far = np.any(np.abs(points) > SIZES[1], axis=1)
     _refuse(far, f"vertices {{}} lie beyond {SIZES[1]:g} m: give metres")
-    outside = ((rows < 0) | (rows >= len(points))).any(axis=1)
+    outside = np.any((rows < 0) | (rows >= len(points)), axis=1)
     _refuse(outside, f"triangles {{}} name vertices outside 0..{len(points) - 1}")
     rows = rows.astype(np.int32)
     area = _signed_areas(points, rows)

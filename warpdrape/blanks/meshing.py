@@ -88,7 +88,7 @@ def _regular_mesh(outline: Outline, edge: float, angle: float, *, crossed: bool)
         square = math.isclose(x[1] - x[0], y[1] - y[0], rel_tol=FIT)
         turns = round(eighths)
         if abs(eighths - turns) < FIT and (turns % 2 == 0 or square):
-            return FlatMesh(*squares(x, y, crossed=crossed))
+            return FlatMesh.from_arrays(*squares(x, y, crossed=crossed))
     return trim(outline, edge, *_lattice(outline, edge, angle, crossed), CLEARANCE)
 
 
@@ -123,7 +123,7 @@ def _edge_length(outline: Outline, edge: float | None, cells: int | None) -> flo
             )
         return size
     whole = isinstance(cells, int | np.integer) and not isinstance(cells, bool | np.timedelta64)
-    if not whole or cells < 1:
+    if cells is None or not whole or cells < 1:
         raise InputError(f"cells = {said(cells)} must be a whole number of squares, 1 or more")
     if cells > MOST_TRIANGLES:
         raise InputError(f"cells = {said(cells)} are more than {MOST_TRIANGLES:.0e}: take fewer")
@@ -175,7 +175,7 @@ def _random_mesh(outline: Outline, edge: float, seed: int) -> FlatMesh:
     for _ in range(RELAXATION_STEPS):
         fixed, triangles = fill(loops, points)
         points = _relaxed(fixed, triangles)[len(fixed) - len(points) :]
-    return FlatMesh(*fill(loops, points))
+    return FlatMesh.from_arrays(*fill(loops, points))
 
 
 def _relaxed(points: Points, triangles: NDArray[np.int64]) -> Points:

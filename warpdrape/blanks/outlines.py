@@ -24,6 +24,8 @@ Bounds = tuple[float, float, float, float]
 class Outline(Protocol):
     """What the mesher asks of a shape; equal ones are the same shape, and hash alike."""
 
+    def __hash__(self) -> int: ...
+
     @property
     def area(self) -> float:
         """Area [m²]."""
@@ -63,7 +65,7 @@ class Rectangle:
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether each point [m], shape [point, 2], lies inside."""
         p = np.asarray(points, np.float64)
-        return (np.abs(p) <= (self.width / 2, self.height / 2)).all(axis=-1)
+        return np.all(np.abs(p) <= (self.width / 2, self.height / 2), axis=-1)
 
     def loops(self, edge: float) -> list[Points]:
         """The four sides, in equal parts of about ``edge`` [m]."""

@@ -135,10 +135,10 @@ def _dual_graph(mesh: FlatMesh) -> _Dual:
     inner = links[:, 1] >= 0
     at_border = np.zeros(len(mesh.triangles), bool)
     at_border[links[~inner, 0]] = True
-    links = links[inner].astype(np.int64)
-    bonus = np.where(at_border[links].any(axis=1), BORDER_BONUS, INNER_BONUS)
+    pairs = links[inner].astype(np.int64)
+    bonus = np.where(at_border[pairs].any(axis=1), BORDER_BONUS, INNER_BONUS)
     weights = np.rint(WEIGHT_STEPS * (quad_shape(mesh) + bonus)).astype(np.int64)
-    return _Dual(links, np.maximum(1, weights))
+    return _Dual(pairs, np.maximum(1, weights))
 
 
 def _corner_angles(mesh: FlatMesh) -> NDArray[np.float64]:

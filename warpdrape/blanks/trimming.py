@@ -39,7 +39,7 @@ def trim(
     gap = gaps(outline, edge, 0.5 * middles.reshape(-1, 2)).reshape(-1, 3)
     core = core[(gap > 0.5 * clearance * edge).all(axis=1)]
     number = np.cumsum(keep) - 1
-    return FlatMesh(*fill(outline.loops(edge), points[keep], number[core]))
+    return FlatMesh.from_arrays(*fill(outline.loops(edge), points[keep], number[core]))
 
 
 def gaps(outline: Outline, edge: float, points: Points) -> NDArray[np.float64]:

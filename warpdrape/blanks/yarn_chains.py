@@ -44,7 +44,7 @@ class YarnChains:
     lengths: NDArray[np.float64]
     widths: NDArray[np.float64]
     quadrants: NDArray[np.int64]
-    vertices: NDArray[np.int64]
+    vertices: NDArray[np.int32]
     bars: NDArray[np.int32]
     areas: NDArray[np.float64]
     below: NDArray[np.float64]
@@ -82,9 +82,10 @@ def chain_yarns(net: YarnNet) -> YarnChains:
     """Join the bars of a net to chains."""
     vertices = np.unique(net.quadrants)
     count = len(vertices)
-    bars, of_quadrants = [], []
-    for family in (0, 1):
-        found, places = _bars(net, family)
+    bars: list[tuple[np.ndarray, ...]] = []
+    of_quadrants: list[np.ndarray] = []
+    for which in (0, 1):
+        found, places = _bars(net, which)
         of_quadrants.append(places + sum(len(b[0]) for b in bars))
         bars.append(found)
     ends, lengths, areas = (np.concatenate([b[k] for b in bars]) for k in range(3))
@@ -104,7 +105,8 @@ def chain_yarns(net: YarnNet) -> YarnChains:
         widths[own] = (np.bincount(of_bars, areas[own], count)[of_bars]) / total[of_bars]
         below[:, which] = _run_up(number[own], lengths[own], beside[:, 2 * which])
         above[:, which] = total[chain] - below[:, which]
-    share = np.bincount(np.searchsorted(vertices, net.quadrants[:, 0]), net.areas, count)
+    first = np.searchsorted(vertices, net.quadrants[:, 0])
+    share = np.asarray(np.bincount(first, net.areas, count), np.float64)
     return YarnChains(
         ends,
         family,

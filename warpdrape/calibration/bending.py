@@ -57,19 +57,20 @@ def fit_cantilever(tests: Sequence[Test], areal_density: float, draws: int = 400
         areal_density: [kg/m²].
         draws: of the bootstrap.
     """
-    found, weights = {}, []
+    found: dict[str, np.ndarray] = {}
+    each: list[float] = []
     for test in tests:
         per_specimen = [_readings(test, s, areal_density) for s in test.specimens]
         if len(per_specimen) == 1:
             readings = list(per_specimen[0])
-            weights += [test.specimens[0].weight] * len(readings)
+            each += [test.specimens[0].weight] * len(readings)
         else:
-            readings = [float(np.mean(each)) for each in per_specimen]
-            weights += [specimen.weight for specimen in test.specimens]
+            readings = [float(np.mean(own)) for own in per_specimen]
+            each += [specimen.weight for specimen in test.specimens]
         found[test.name] = np.array(readings)
     values = np.concatenate(list(found.values()))
-    groups = [len(each) for each in found.values()]
-    weights = np.array(weights)
+    groups = [len(own) for own in found.values()]
+    weights = np.array(each)
     band = bootstrap(groups, lambda c: c @ values / c.sum(), weights=weights, draws=draws)
     return StiffnessFit(tests[0].values["family"], band, found)
 

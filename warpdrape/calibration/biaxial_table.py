@@ -58,14 +58,14 @@ def fit_table(
     """
     strains = np.concatenate([p.strains for p in points])
     ends = np.maximum(strains.max(axis=0), 1e-6)
-    axes = tuple(np.linspace(0.0, end, INTERVALS + 1) for end in ends)
+    warp, weft = (np.linspace(0.0, end, INTERVALS + 1) for end in ends)
     width = np.array(yarn_width)
     largest = max(float(np.abs(p.tensions / width).max()) for p in points)
     parts = [_rows(p.strains, ends) for p in points]
     sides = [(p.tensions / width).T.ravel() / largest for p in points]
     products = [r.T @ r / len(y) for r, y in zip(parts, sides, strict=True)]
     targets = [r.T @ y / len(y) for r, y in zip(parts, sides, strict=True)]
-    grid = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
+    grid = np.stack([g.ravel() for g in np.meshgrid(warp, weft, indexing="ij")], axis=1)
     at_grid = _rows(grid, ends)
     steeper = _own_slopes(grid, ends)
     rest = _rows(np.zeros((1, 2)), ends)  # yarns at rest carry nothing
@@ -89,7 +89,7 @@ def fit_table(
     steps = ends / INTERVALS
     gap = np.abs(grid[:, None] - strains[None]) / steps
     beyond = gap.max(axis=2).min(axis=1) > NEAR
-    return TableFit(axes, band, beyond.reshape(INTERVALS + 1, INTERVALS + 1))
+    return TableFit((warp, weft), band, beyond.reshape(INTERVALS + 1, INTERVALS + 1))
 
 
 def _splines(at: np.ndarray, end: float, order: int) -> np.ndarray:

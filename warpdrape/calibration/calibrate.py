@@ -177,8 +177,8 @@ def _remove_earlier(folder: Path) -> None:
     old = [folder / f"{test}.png" for test in tests if _PLAIN.fullmatch(test)]
     old += [*folder.glob("friction_*.png"), *folder.glob("friction_*.toml")]
     try:
-        for file in old:
-            file.unlink(missing_ok=True)
+        for path in old:
+            path.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be cleared ({error.strerror}): move it away") from error
 

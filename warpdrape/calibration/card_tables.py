@@ -15,6 +15,7 @@ from warpdrape.calibration.compaction import CompactionFit
 from warpdrape.calibration.fits import SHEAR, Fits
 from warpdrape.calibration.kinds import FAMILIES
 from warpdrape.calibration.locking import DEFINITION
+from warpdrape.calibration.shear import ShearFit
 from warpdrape.calibration.tests_file import Plan, Test
 
 Tables = dict[str, Any]
@@ -51,7 +52,7 @@ def card_tables(plan: Plan, fits: Fits) -> Tables:
     """Tables that the tests give a card; they replace its own."""
     tables: Tables = {}
     if fits.shear is not None:
-        tables |= _shear(plan, fits)
+        tables |= _shear(plan, fits, fits.shear)
     tables |= _tension(plan, fits)
     if fits.loops or fits.cantilevers:
         tables["bending"] = _bending(plan, fits)
@@ -60,8 +61,7 @@ def card_tables(plan: Plan, fits: Fits) -> Tables:
     return tables
 
 
-def _shear(plan: Plan, fits: Fits) -> Tables:
-    fit = fits.shear
+def _shear(plan: Plan, fits: Fits, fit: ShearFit) -> Tables:
     kinds = {s.kind for s in fit.specimens}
     tests = [t for t in plan.of(*SHEAR) if t.kind in kinds]
     source = source_of(tests)
@@ -77,15 +77,16 @@ def _shear(plan: Plan, fits: Fits) -> Tables:
     if fits.polynomial is not None:
         band, off = fits.polynomial
         doubt += f"; the polynomial is off a free curve by {100 * off:.2g} % of the largest couple"
-        law = {"law": "polynomial"}
-        law["coefficients"] = quantity(1e3 * area * band.value, "N·mm", source, doubt)
+        coefficients = quantity(1e3 * area * band.value, "N·mm", source, doubt)
+        found["shear"] = {"law": "polynomial", "coefficients": coefficients}
     else:
         couples = 1e3 * area * np.maximum.accumulate(np.maximum(fit.band.value, 0.0))
         couples[0] = 0.0
-        law = {"law": "table"}
-        law["angles"] = quantity(np.degrees(fit.angles), "deg", source)
-        law["couples"] = quantity(couples, "N·mm", source, doubt)
-    found["shear"] = law
+        found["shear"] = {
+            "law": "table",
+            "angles": quantity(np.degrees(fit.angles), "deg", source),
+            "couples": quantity(couples, "N·mm", source, doubt),
+        }
     if fit.locking is not None:
         degrees = np.degrees(fit.locking.value[0])
         found["locking_angle"] = quantity(
@@ -172,8 +173,9 @@ def loop_stiffness(loop: Any) -> tuple[Band, str]:
     if loop.stiffness is not None:
         return loop.stiffness, f"slope between 0.5 and 1.5 1/cm; {band_words(loop.stiffness)}"
     end = loop.curvatures[-1]
-    ends = [v[-1:] / end for v in (loop.moments.value, loop.moments.low, loop.moments.high)]
-    band = Band(*ends, loop.moments.specimens, loop.moments.told)
+    moments = loop.moments
+    value, low, high = (v[-1:] / end for v in (moments.value, moments.low, moments.high))
+    band = Band(value, low, high, moments.specimens, moments.told)
     return band, f"moment over curvature at {end:.3g} 1/m, without friction; {band_words(band)}"
 
 
@@ -217,7 +219,8 @@ def _compaction(plan: Plan, fits: Fits, fit: CompactionFit) -> Tables:
             f"under {where[0]}, where contact is taken to begin; {band_words(fit.thickness)}",
         )
     }
-    if plan.laws["compaction"] == "power" and fit.coefficient is not None:
+    power = plan.laws["compaction"] == "power"
+    if power and fit.coefficient is not None and fit.exponent is not None:
         density: Mapping[str, Any] = plan.fabric["fibre_density"]
         found["compaction"] = {
             "law": "power",

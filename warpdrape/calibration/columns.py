@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from warpdrape.calibration.lab_units import lab_factor
 
-NAMES: dict[str, tuple[str, ...]] = {
+NAMES: dict[str, Sequence[str]] = {
     "travel": (
         "travel displacement extension crosshead stroke elongation position weg standardweg "
         "traversenweg dehnweg verlängerung deplacement allongement course spostamento"

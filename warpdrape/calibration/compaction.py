@@ -151,7 +151,6 @@ def fit_compaction(
             groups, lambda c: c @ fits / c.sum(), weights=weights, draws=draws, positive=False
         )
         exponent = both.part([0])
-        coefficient = Band(
-            *(np.exp(v[1:]) for v in (both.value, both.low, both.high)), both.specimens, both.told
-        )
+        value, low, high = (np.exp(v[1:]) for v in (both.value, both.low, both.high))
+        coefficient = Band(value, low, high, both.specimens, both.told)
     return CompactionFit(pressures, thickness, coefficient, exponent, tuple(specimens))

@@ -7,10 +7,12 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from warpdrape.calibration.fits import Fits
+from warpdrape.calibration.shear import ShearFit
 from warpdrape.calibration.tests_file import Plan, Test
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.bending import Bending, BendingCurve
@@ -61,7 +63,7 @@ def run_coupons(
     """
     found = []
     if isinstance(fabric.bending, BendingCurve):  # the frame's clamps turn, which a curve forbids
-        warp, weft = fabric.bending.in_plane
+        warp, weft = cast(tuple[float, float], fabric.bending.in_plane)  # filled where not given
         fabric = replace(fabric, bending=Bending(warp=warp, weft=weft, twist=fabric.bending.twist))
         by_curve = True
     else:
@@ -83,7 +85,8 @@ def run_coupons(
 def _shear(test: Test, fits: Fits, fabric: Fabric, cells: int) -> list[CouponRun]:
     values = test.values
     own = [s for s in fits.shear_apart[test.kind].specimens if s.test == test.name]
-    end = min(float(np.median([s.angle[-1] for s in own])), fits.shear.basis.end, MOST_SHEAR)
+    reached = cast(ShearFit, fits.shear).basis.end  # as there is a test of it
+    end = min(float(np.median([s.angle[-1] for s in own])), reached, MOST_SHEAR)
     sizes = {"width": values["width"], "height": values["height"]} if "height" in values else {}
     short = values.get("width") or values.get("sample", values.get("side"))
     if not sizes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -133,7 +134,7 @@ class FrictionFit:
     def law(self, source: str) -> Friction:
         """As a scene takes it."""
         tables = {"pressure": "by_pressure", "speed": "by_speed", "yarns": "by_angle"}
-        found = {
+        found: dict[str, Any] = {
             tables[name]: list(zip(self.levels[name].tolist(), band.value.tolist(), strict=True))
             for name, band in self.bands.items()
         }

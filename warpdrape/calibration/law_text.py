@@ -9,6 +9,7 @@ import numpy as np
 from warpdrape.calibration.bands import LEVEL
 from warpdrape.calibration.fits import Fits
 from warpdrape.calibration.locking import DEFINITION
+from warpdrape.calibration.shear import ShearFit
 
 FAR_OFF = 0.03
 """Distance of a polynomial from the free curve that calls for a table [-]."""
@@ -18,7 +19,7 @@ NOTED = 0.1
 
 def law_lines(fits: Fits) -> list[str]:
     """Every law that was fitted, in words, with its band."""
-    lines = [] if fits.shear is None else _shear_lines(fits)
+    lines = [] if fits.shear is None else _shear_lines(fits, fits.shear)
     for part in (_tension_lines, _bending_lines, _friction_lines, _compaction_lines):
         lines += part(fits)
     return lines
@@ -40,8 +41,8 @@ def _tension_lines(fits: Fits) -> list[str]:
             value, low, high = (
                 factor * getattr(fits.crimp, n)[k] for n in ("value", "low", "high")
             )
-            band = f" ({LEVEL:.0%} band {low:.4g} to {high:.4g})" if fits.crimp.told else ""
-            lines.append(f"{name}: {value:.4g} {unit}{band}")
+            ends = f" ({LEVEL:.0%} band {low:.4g} to {high:.4g})" if fits.crimp.told else ""
+            lines.append(f"{name}: {value:.4g} {unit}{ends}")
     if fits.table is not None:
         beyond = int(fits.table.beyond.sum())
         lines.append(
@@ -54,17 +55,17 @@ def _bending_lines(fits: Fits) -> list[str]:
     lines: list[str] = []
     for family, fit in fits.cantilevers.items():
         lines.append(f"bending of {family}, cantilever: B = {fit.stiffness.words('N·mm', 1e3)}")
-    for family, fit in fits.loops.items():
-        if fit.stiffness is not None:
-            lines.append(f"bending of {family}, Kawabata: B = {fit.stiffness.words('N·mm', 1e3)}")
-        if fit.width is not None:
-            lines.append(f"  2HB = {fit.width.words('mN', 1e3)} at 1 1/cm")
+    for family, loop in fits.loops.items():
+        if loop.stiffness is not None:
+            lines.append(f"bending of {family}, Kawabata: B = {loop.stiffness.words('N·mm', 1e3)}")
+        if loop.width is not None:
+            lines.append(f"  2HB = {loop.width.words('mN', 1e3)} at 1 1/cm")
         lines.append(
-            f"  friction of the fit {fit.friction.words('mN', 1e3)}, built up over "
-            f"{fit.over:.3g} 1/m"
+            f"  friction of the fit {loop.friction.words('mN', 1e3)}, built up over "
+            f"{loop.over:.3g} 1/m"
         )
-        if family in fits.cantilevers and fit.stiffness is not None:
-            ratio = fit.stiffness.value[0] / fits.cantilevers[family].stiffness.value[0]
+        if family in fits.cantilevers and loop.stiffness is not None:
+            ratio = loop.stiffness.value[0] / fits.cantilevers[family].stiffness.value[0]
             lines.append(f"  Kawabata's B over the cantilever's: {ratio:.3g}")
     return lines
 
@@ -100,7 +101,7 @@ def _compaction_lines(fits: Fits) -> list[str]:
                 f"{1e3 * fit.thickness.value[k]:.4g} mm at {fit.pressures[k] / 1e3:.3g} kPa"
             )
         lines.append("thickness of a ply: " + ", ".join(shown))
-        if fit.coefficient is not None:
+        if fit.coefficient is not None and fit.exponent is not None:
             lines.append(
                 f"  V_f = a p^b: a = {fit.coefficient.words()}, b = {fit.exponent.words()}"
             )
@@ -113,8 +114,7 @@ def _at(name: str, value: float) -> str:
     return f"{factor * value:.3g} {unit}"
 
 
-def _shear_lines(fits: Fits) -> list[str]:
-    fit = fits.shear
+def _shear_lines(fits: Fits, fit: ShearFit) -> list[str]:
     end = math.degrees(fit.basis.end)
     kinds = " and ".join(dict.fromkeys(s.kind.replace("_", " ") for s in fit.specimens))
     lines = [f"shear from {kinds}, to {end:.3g}°: beyond it the card's law is extrapolated"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from warpdrape.calibration.normalisation import normalised_force
 from warpdrape.calibration.polynomial import powers
 from warpdrape.calibration.predictions import Prediction
 from warpdrape.calibration.report import coupon_of
+from warpdrape.calibration.shear import ShearFit
 from warpdrape.calibration.tests_file import Plan, Test
 from warpdrape.results.figures import Figure
 from warpdrape.results.run_folder import write_whole
@@ -163,15 +165,16 @@ def _normalised(axes, test: Test, fits: Fits) -> None:
             axes.fill_between(np.degrees(angle), *wide, color=color, alpha=0.3, lw=0)
         force = 1e-3 * normalised_force(angle, fit.couple(angle))
         axes.plot(np.degrees(angle), force, color=color, lw=1.4, label=label)
+    whole = cast(ShearFit, fits.shear)  # as there is a test of it
     if len(fits.shear_apart) > 1 or fits.polynomial is not None:
-        angle = np.linspace(0.0, fits.shear.basis.end, 200)
-        couple = fits.shear.couple(angle)
+        angle = np.linspace(0.0, whole.basis.end, 200)
+        couple = whole.couple(angle)
         if fits.polynomial is not None:
             couple = powers(angle) @ fits.polynomial[0].value
         force = 1e-3 * normalised_force(angle, couple)
         axes.plot(np.degrees(angle), force, "--", color=CARD, lw=1.4, label="card")
-    if fits.shear.locking is not None:
-        at = math.degrees(fits.shear.locking.value[0])
+    if whole.locking is not None:
+        at = math.degrees(whole.locking.value[0])
         axes.axvline(at, color="0.4", lw=0.8, ls=":", label=f"locking {at:.1f}°")
     axes.set(xlabel="shear angle [°]", ylabel="normalised shear force [N/mm]", ylim=(0.0, None))
     axes.grid(alpha=0.3)

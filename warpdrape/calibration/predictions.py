@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
+from warpdrape.calibration.compaction import CompactionFit
 from warpdrape.calibration.fits import SHEAR, Fits
 from warpdrape.calibration.hysteresis import first_loading
 from warpdrape.calibration.kinds import FAMILIES
 from warpdrape.calibration.preparation import in_bins, loading_curve
+from warpdrape.calibration.shear import ShearFit
 from warpdrape.calibration.tension import free_strip
 from warpdrape.calibration.tests_file import Plan, Test
 from warpdrape.coupons.closed_forms import bias_force, couple_per_area, frame_force, yarn_tensions
 from warpdrape.materials.bending import Bending, BendingCurve
+from warpdrape.materials.compaction import Compaction
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.laws import CrimpInterchange, LinearTension
 
@@ -101,7 +105,7 @@ def _shear(test: Test, fits: Fits, fabric: Fabric) -> list[Prediction]:
             curve = loading_curve(test, specimen)
             at, force, what = curve.at, curve.force, "force [N]"
         said = shear_force(test, fabric, at)
-        end = fits.shear.basis.end
+        end = cast(ShearFit, fits.shear).basis.end  # as there is a test of it
         found.append(
             Prediction(test.name, specimen.name, at, force, said, what, "shear angle [rad]", end)
         )
@@ -194,12 +198,13 @@ def _loops(test: Test, fits: Fits, fabric: Fabric) -> list[Prediction]:
 
 
 def _compaction(test: Test, fits: Fits, fabric: Fabric) -> list[Prediction]:
-    contact, last = float(fits.compaction.pressures[0]), float(fits.compaction.pressures[-1])
+    fit, law = cast(CompactionFit, fits.compaction), cast(Compaction, fabric.compaction)
+    contact, last = float(fit.pressures[0]), float(fit.pressures[-1])
     found = []
-    for specimen in (s for s in fits.compaction.specimens if s.test == test.name):
+    for specimen in (s for s in fit.specimens if s.test == test.name):
         inside = specimen.pressure >= contact * (1.0 - 1e-9)
         at = specimen.pressure[inside]
-        said = fabric.compaction.thickness_at(np.maximum(at - contact, 0.0))
+        said = law.thickness_at(np.maximum(at - contact, 0.0))
         found.append(
             Prediction(
                 test.name,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NoReturn
 
 from warpdrape.calibration.columns import Heading, fit_of, heading, plain
 from warpdrape.calibration.lab_units import known_units, lab_factor, quantities_of
@@ -194,7 +195,7 @@ def _with_units(
     return Layout(tuple(groups), units, specimen, shown, width, first_row)
 
 
-def refuse(text: RawText, wanted: Wanted) -> None:
+def refuse(text: RawText, wanted: Wanted) -> NoReturn:
     """Say what was looked for, and what the file has."""
     roles = " or ".join(", ".join(way) for way in wanted.ways)
     header = next(

@@ -45,13 +45,14 @@ def read_table(path: Path, wanted: Wanted) -> list[Specimen]:
     """
     text = read_text(path, wanted.delimiter, wanted.decimal)
     found: list[Specimen] = []
-    at, layout = 0, None
+    at = 0
+    layout: Layout | None = None
     while at < len(text.rows):
         begun = find_layout(text, at, wanted, layout)
-        if begun is None and layout is None:
-            refuse(text, wanted)
         if begun is not None:
             layout, at = begun, begun.first_row
+        if layout is None:
+            refuse(text, wanted)
         rows, at, skipped = _block(text, at, layout)
         if rows:
             found += _specimens(text, layout, rows, skipped, len(found))

@@ -69,7 +69,7 @@ def residual_rows(
         errors = each.errors
         if not len(errors):
             continue
-        row = {
+        row: dict[str, str | float | int] = {
             "test": each.test,
             "specimen": each.specimen,
             "value": each.what,
@@ -114,7 +114,7 @@ def residual_text(rows: Sequence[dict]) -> str:
     """The table of residuals for a terminal."""
     head = ("test", "specimen", "mean", "rms", "largest", "coupon mean", "rms")
     keys = ("mean_error", "rms_error", "largest_error", "coupon_mean_error", "coupon_rms_error")
-    shown = [head]
+    shown: list[tuple[str, ...]] = [head]
     for row in rows:
         cells = ("-" if row[k] == "" else f"{100 * row[k]:.1f} %" for k in keys)
         shown.append((str(row["test"]), str(row["specimen"]), *cells))

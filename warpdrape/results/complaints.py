@@ -90,7 +90,7 @@ def come_away(
     """Warnings of plies that have left their stack: nothing holds them, or presses on them now.
 
     A patch under the others, over the hole of a die, falls as soon as these slow down. A ply has
-    left where all its vertices are farther from every other ply's than its longest side.
+    left where all its vertices are farther from every other ply's than any side of a triangle.
 
     Args:
         model: the model.
@@ -103,16 +103,22 @@ def come_away(
     held = {c.ply for c in model.scene.clamps} | {s.ply for s in model.scene.springs} | set(loose)
     pressed = sum(rows.sum(axis=0) for each in measured for rows in each.pressing.values())
     pressed = np.broadcast_to(pressed, model.spans[-1].vertices.stop)
+    longest = max(_longest_side(ply) for ply in plies)
     found = []
     for number, (ply, span) in enumerate(zip(plies, model.spans, strict=True)):
         if ply.name in held or pressed[span.vertices].any():
             continue
         others = np.concatenate([other.points for k, other in enumerate(plies) if k != number])
-        sides = ply.points[ply.triangles] - ply.points[np.roll(ply.triangles, 1, axis=1)]
         away = cKDTree(others).query(ply.points)[0].min()
-        if away > np.linalg.norm(sides, axis=2).max():
+        if away > longest:
             found.append(
                 f"ply {ply.name!r} has left the stack: at the end nothing touches it, and it lies "
                 f"{1e3 * away:.3g} mm from the nearest other: lay it between others, or clamp it"
             )
     return found
+
+
+def _longest_side(ply: FormedPly) -> float:
+    """Of a ply's triangles [m]."""
+    sides = ply.points[ply.triangles] - ply.points[np.roll(ply.triangles, 1, axis=1)]
+    return float(np.linalg.norm(sides, axis=2).max())

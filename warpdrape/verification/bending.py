@@ -157,7 +157,7 @@ def fold() -> Iterator[CaseResult]:
             ply="strip",
             where=lambda p: p[:, 0] > 0.5 * free - 1e-9,
             matrix=turning,
-            motion=Path(times=times, positions=path(times)),
+            motion=Path(times=times.tolist(), positions=path(times).tolist()),
         ),
     ]
     scene = Scene(

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from warpdrape.commands.scene_library import find_script
 from warpdrape.materials.fabric_library import load_fabric
+from warpdrape.materials.laws import CrimpInterchange
 from warpdrape.results.run_folder import COUPON
 from warpdrape.verification.case import CaseResult, absolute, relative
 from warpdrape.verification.locking import MESHES, measure_locking
@@ -93,7 +95,8 @@ def biaxial_tension(quick: bool, folder: Path) -> list[CaseResult]:
     """Crimp interchange: warp and weft force at equal and at unequal strains."""
     cases = []
     fabric = load_fabric("synthetic_plain_crimp")
-    uneven = replace(fabric, tension=replace(fabric.tension, crimp_weft=0.012))
+    law = cast(CrimpInterchange, fabric.tension)
+    uneven = replace(fabric, tension=replace(law, crimp_weft=0.012))
     for name, cloth, weft in (
         ("equal strains", fabric, 0.01),
         ("weft held", fabric, 0.0),

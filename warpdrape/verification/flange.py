@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any, cast
 
 import numpy as np
 
 from warpdrape import Clamp, Float, Numerics, Ply, Pressure, Scene, Stroke, Tool, lay_up, stack_top
+from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.verification.case import CaseResult, relative
 from warpdrape.verification.wrinkling import sheet
 
@@ -77,7 +79,7 @@ def flange_scene(length: float, cells: int, duration: float = 0.2) -> Scene:
         mass=0.3 * length * width,
         damping=2.0 * whole,
     )
-    plate = {"width": 2.0 * length, "height": 2.0 * width}
+    plate: dict[str, Any] = {"width": 2.0 * length, "height": 2.0 * width}
     holder = Tool.plate("holder", facing="down", motion=press, **plate).moved(top)
 
     def end(name: str, side: float) -> Clamp:
@@ -136,5 +138,6 @@ def _wave(length: float, cells: int) -> tuple[float, float, float]:
     force = -float(result.history["right_force_n"][-1]) / width
     z = result.plies[0].points[:, 2]
     high = float(z.max() - z.min())
-    squeezed = 0.5 * force**2 / scene.plies[0].fabric.tension.stiffness
+    membrane = cast(IsotropicMembrane, scene.plies[0].fabric.tension)  # of `sheet`
+    squeezed = 0.5 * force**2 / membrane.stiffness
     return bent + squeezed + FOLD["pressure"] * high, force, high

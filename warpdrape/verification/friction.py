@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ DRUM = 0.05
 EDGE = 5e-3
 
 
-def _slide(friction: float | Friction, angle: float, duration: float, **settings: float) -> float:
+def _slide(friction: float | Friction, angle: float, duration: float, **settings: Any) -> float:
     """Way [m] that a patch slides down a plate; gravity is tilted in place of the plate."""
     ply = Ply.rectangle("block", yarn_fabric(1e5, 0.6), 0.02, cells=2)
     scene = Scene(
@@ -63,6 +65,10 @@ def _wound(wrap: float, duration: float, pulls: dict[str, float], friction: floa
     pull = np.linspace(0.0, 1.0, 31)[1:]
     times = duration * np.concatenate([winding * u, winding + (1.0 - winding) * pull])
     rise = 3.0 * pull**2 - 2.0 * pull**3
+
+    def end(side: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda p: side * p[:, 0] > half - 1e-9
+
     clamps = []
     for (name, stretch), side in zip(pulls.items(), (-1.0, 1.0), strict=True):
         outward = np.array([side * math.cos(0.5 * wrap), 0.0, -math.sin(0.5 * wrap)])
@@ -72,9 +78,11 @@ def _wound(wrap: float, duration: float, pulls: dict[str, float], friction: floa
             Clamp(
                 name=name,
                 ply="rope",
-                follow=outward,
-                motion=Path(times=times, positions=np.concatenate([laid, further])),
-                where=lambda p, side=side: side * p[:, 0] > half - 1e-9,
+                follow=outward.tolist(),
+                motion=Path(
+                    times=times.tolist(), positions=np.concatenate([laid, further]).tolist()
+                ),
+                where=end(side),
             )
         )
     tool = Tool.drum(radius=DRUM, length=3 * EDGE, facet=EDGE, **drum)

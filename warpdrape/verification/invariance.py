@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -35,13 +36,17 @@ def _pulled(matrix: np.ndarray, order: np.ndarray, flat: FlatMesh, warp_angle: f
     fabric = replace(load_fabric("carbon_interlock"), compressive_factor=1.0)
     ply = Ply(name="ply_0", fabric=fabric, mesh=mesh, warp_angle=warp_angle)
     up = np.append(matrix @ (0.0, 1.0), 0.0)
+
+    def end(side: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda p: side * (p @ up) > 0.5 * HEIGHT - 1e-9
+
     clamps = [
         Clamp(
             name=name,
             ply="ply_0",
-            motion=Stroke(travel=way * up, duration=2e-3),
-            follow=up,
-            where=lambda p, side=side: side * (p @ up) > 0.5 * HEIGHT - 1e-9,
+            motion=Stroke(travel=(way * up).tolist(), duration=2e-3),
+            follow=up.tolist(),
+            where=end(side),
         )
         for name, side, way in (("lower", -1.0, 0.0), ("upper", 1.0, TRAVEL))
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -57,7 +57,7 @@ class LedSheet:
         done: work of the nodal forces so far, by the trapezoidal rule [J].
     """
 
-    def __init__(self, ply: Ply, approach: str, device: str = "cpu", **numerics: float) -> None:
+    def __init__(self, ply: Ply, approach: str, device: str = "cpu", **numerics: Any) -> None:
         """Lay it flat; without viscosity of the yarns unless it is asked for."""
         span = Span(0, len(ply.mesh.vertices), 0, len(ply.mesh.triangles))
         numerics = {"yarn_viscosity": 0.0} | numerics

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import trimesh
@@ -27,6 +27,8 @@ NEAR = 0.08
 """Half the side of the blank on which the mean error on the sphere is taken [m]."""
 DEMO_SPACING = 0.022
 """Spacing in KinDrape's optimisation, whose blank has 20 x 20 cells about (0.25, 0.25) [m]."""
+Pair = tuple[float, float]
+Counts = tuple[int, int, int, int]
 LEAST_START, LEAST_COUNTS = (0.25 + 6 * DEMO_SPACING, 0.25 - 4 * DEMO_SPACING), (4, 16, 14, 6)
 """Start and cells beside it where the objective of that optimisation is least, of 500 settings
 within its bounds of 10 nodes and 10°."""
@@ -70,7 +72,7 @@ def diagonal_shear(net: Net, polar: float) -> float:
     count = min(net.cells.shape[0] - i, net.cells.shape[1] - j)
     k = np.flatnonzero(net.cells[i + np.arange(count), j + np.arange(count)])
     corners = [net.points[i + k + a, j + k + b] for a in (0, 1) for b in (0, 1)]
-    middle = sum(corners) / 4.0
+    middle = np.mean(corners, axis=0)
     angle = np.arccos(middle[:, 2] / np.linalg.norm(middle, axis=1))
     return float(np.interp(polar, angle, np.abs(net.shear_angle[i + k, j + k])))
 
@@ -159,18 +161,20 @@ def nets(quick: bool) -> Iterator[CaseResult]:
 def by_other_means(quick: bool) -> Iterator[CaseResult]:
     """Nets on surfaces without a closed form."""
     times = 2 if quick else 1
-    fine, edge = (times * 5e-3, (30 // times,) * 4), times * 2.5e-3
+    spacing, count, edge = times * 5e-3, 30 // times, times * 2.5e-3
+    fine, demo = (spacing, (count, count, count, count)), (10, 10, 10, 10)
     mould = "KinDrape's double-curved mould"
     on_mould = (DOUBLE_CURVED, (0.0, 0.5))
-    cases = (
+    cases: Sequence[tuple[str, Graph, Pair, Pair, float, float, Counts]] = (
         ("a hyperbolic paraboloid", saddle(4.0), (-0.25, 0.25), (0.01, 0.02), 0.4, *fine),
         (mould, *on_mould, (0.25, 0.25), 0.0, *fine),
-        (f"{mould}, its demo's blank", *on_mould, (0.25, 0.25), 0.0, DEMO_SPACING, (10,) * 4),
+        (f"{mould}, its demo's blank", *on_mould, (0.25, 0.25), 0.0, DEMO_SPACING, demo),
         (f"{mould}, that moved", *on_mould, LEAST_START, 0.0, DEMO_SPACING, LEAST_COUNTS),
     )
-    for words, *case in cases:
-        found, exact = np.degrees(against_oracle(*case, edge))
-        words, size, by_others = f"fishnet on {words}", np.abs(found), np.abs(exact)
+    for where, graph, box, start, angle, spacing, counts in cases:
+        oracle = against_oracle(graph, box, start, angle, spacing, counts, edge)
+        found, exact = np.degrees(oracle)
+        words, size, by_others = f"fishnet on {where}", np.abs(found), np.abs(exact)
         yield absolute(f"{words}: largest shear angle", size.max(), by_others.max(), 0.3, "°")
         yield absolute(f"{words}: mean shear angle", size.mean(), by_others.mean(), MEAN, "°")
         differ = np.abs(found - exact).max()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -82,7 +82,7 @@ class Turned(NamedTuple):
 
 
 def turn_frame(
-    fabric: Fabric, process: float, *, duration: float = 0.06, **numerics: float
+    fabric: Fabric, process: float, *, duration: float = 0.06, **numerics: Any
 ) -> Turned:
     """Turn a frame to `ANGLE` by `STOP`, and creep on so that its work goes on telling the couple.
 

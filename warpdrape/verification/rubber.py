@@ -125,8 +125,8 @@ def balls() -> list[CaseResult]:
     )
     stretches = np.linspace(1.2, 1.6, 41)
     pressures = np.array([ball_pressure(s, C10, 0.0, 3) for s in stretches])
-    top = np.polynomial.Polynomial.fit(stretches, pressures, 6).deriv().roots()
-    top = float(top[np.isreal(top) & (top.real > 1.25) & (top.real < 1.55)].real[0])
+    flat = np.polynomial.Polynomial.fit(stretches, pressures, 6).deriv().roots()
+    top = float(flat[np.isreal(flat) & (flat.real > 1.25) & (flat.real < 1.55)].real[0])
     return [
         mooney,
         relative("ball of neo-Hookean rubber: λ of the most pressure", top, 7.0 ** (1 / 6), 1e-3),

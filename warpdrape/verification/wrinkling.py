@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import cast
 
 import numpy as np
 
@@ -157,17 +158,18 @@ def stretched_sheets(quick: bool) -> Iterator[CaseResult]:
         result = scene.run(frames=4, threads=1)
         tension = float(result.history["right_force_n"][-1]) / width
         fabric, length = scene.plies[0].fabric, LENGTH * (1.0 + PULL)
+        membrane, bending = cast(IsotropicMembrane, fabric.tension), cast(Bending, fabric.bending)
         pulled = SqueezedSheet(
-            bending=fabric.bending.warp,
+            bending=bending.warp,
             tension=tension,
-            stiffness=fabric.tension.stiffness,
+            stiffness=membrane.stiffness,
             length=length,
         )
         found, halves = waves_across(result)
         times = squeeze / pulled.threshold
         name = f"stretched sheet, L/λ = {LENGTH / wave:.3g}"
         if squeeze == SQUEEZE:
-            exact = wavelength(fabric.bending.warp, tension, length)
+            exact = wavelength(bending.warp, tension, length)
             case = f"{name}: wavelength, {halves} half waves"
             yield relative(case, found, exact, 0.1, unit="m")
         exact = pulled.wavelength(squeeze)
