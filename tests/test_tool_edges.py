@@ -57,6 +57,19 @@ def test_what_is_first_seen_within_a_sheet_came_from_its_front(height, side, dev
     np.testing.assert_allclose(gap, (side * height - 1.0) * HALF, atol=1e-12)
 
 
+@pytest.mark.parametrize("height", [0.2, -0.2])
+def test_what_is_first_seen_beside_a_border_meets_it_as_an_edge(height, device):
+    """A little over the plate's plane or under it: the border pushes it straight away."""
+    model, state = searcher([Tool.plate(width=0.2, height=0.2, facet=0.02)], device, cells=4)
+    count = len(model.masses.mass)
+    along, out = np.linspace(-0.07, 0.07, count), np.array([1.5, 0.0, height]) * HALF
+    x = np.stack([np.full(count, 0.1), along, np.zeros(count)], axis=1) + out
+    gap, push = gap_and_push(model, state, x)
+    apart = np.linalg.norm(out)
+    np.testing.assert_allclose(push, np.tile(out / apart, (count, 1)), atol=1e-3)
+    np.testing.assert_allclose(gap, apart - HALF, atol=1e-3 * HALF)
+
+
 def test_a_vertex_that_goes_round_a_border_lies_on_the_face_behind_it(device):
     """From one face over the border to the other, and all the way back."""
     size, apart = 0.2, HALF + 2e-5

@@ -33,7 +33,7 @@ class ToolSearch:
     """How far a search looks."""
 
     reach: wp.float64  # m beyond the offset within which a vertex counts as near
-    radius: wp.float64  # m, of the mesh query
+    radius: wp.float64  # m, of the mesh query; farther for what is held deep in a tool
     keep: wp.float64  # m, way in the tool's frame for which a plane serves
     ahead: wp.float64  # s, for which a free vertex is followed at its present speed
     trust: wp.float64  # m, way for which the nearest facet may serve
@@ -129,6 +129,9 @@ def find_tool_contacts(
                 plane = no_plane()
                 distance = search.radius
                 bound = queries[slot].distance + moved
+                farthest = search.radius
+                if held:
+                    farthest = wp.max(farthest, bound + near)  # what lies deep is not let go
                 if search.plain == 1:
                     bound = search.radius
                 facet = queries[slot].facet
@@ -140,7 +143,7 @@ def find_tool_contacts(
                         surfaces, tool, facet, at, offset[i], near, ahead, side, planes[slot]
                     )
                 if not is_near(plane):
-                    facet = nearest_facet(surfaces, tool, at, bound, search.radius)
+                    facet = nearest_facet(surfaces, tool, at, bound, farthest)
                     queries[slot].facet = facet
                     queries[slot].asked = at
                     distance = search.radius
