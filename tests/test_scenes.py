@@ -136,6 +136,13 @@ def test_without_shear_stiffness_the_sheet_drapes_by_shear():
     assert fabric["wrinkle_angle_deg"] > 2.0 * free["wrinkle_angle_deg"]
 
 
+def test_corners_that_collapse_to_strings_hold_no_fold_from_behind():
+    summary = circular_table.build(case="no_shear", cells=40, duration=0.5).run(frames=4).summary
+    assert summary["status"] == "completed" and summary["energy_error"] < 0.01
+    assert summary["self_contact"][0]["max_penetration_m"] < 1.5 * circular_table.THICKNESS
+    assert summary["table"]["corner_drop_m"] == pytest.approx(0.204, abs=1e-3)
+
+
 def test_a_sheet_drapes_over_the_table_as_with_a_search_at_every_step():
     fast, exact = (
         circular_table.build(cells=12, duration=0.5, contact=contact, bending="0.0003")

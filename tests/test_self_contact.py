@@ -227,6 +227,56 @@ def test_a_vertex_that_was_pushed_through_comes_back_on_its_side(device, up):
     assert np.isinf(gaps[1]).all(), "only on the side on which it was"
 
 
+def middle_contact(ply, model, state):
+    """A vertex of the middle of three layers that touches another one, and its slot."""
+    _, memory = of_kind(model, state, SelfContact)
+    near = memory.contacts.numpy()["near"].reshape(2, -1)
+    s = ply.rest_points[:, 0] + 30e-3
+    row, vertex = next(zip(*np.nonzero(near & (s > 24e-3) & (s < 34e-3)), strict=True))
+    return memory, int(vertex), int(row * len(s) + vertex)
+
+
+def test_a_place_that_both_walks_have_come_to_is_held_from_one_side(device):
+    ply = strip(60e-3)
+    model, state = placed(ply, zigzag(ply.rest_points, 0.98 * THICKNESS, 18e-3), device)
+    stepping.search_contacts(model, state, asking=True)
+    memory, vertex, slot = middle_contact(ply, model, state)
+    count = len(ply.rest_points)
+    other = vertex if slot >= count else vertex + count
+    gap = found(model, state).ravel()[slot]
+    for kept in (memory.contacts, memory.seen):
+        values = kept.numpy()
+        values[other] = values[slot]
+        kept.assign(values)
+    for asking in (False, True):
+        stepping.search_contacts(model, state, asking=asking)
+        near = memory.contacts.numpy()["near"]
+        assert near[slot] == 1 and (asking or near[other] == 0)
+        assert found(model, state).ravel()[slot] == pytest.approx(gap, abs=1e-9)
+
+
+def test_a_walk_that_comes_to_where_a_vertex_lies_behind_lets_it_go(device):
+    ply = strip(60e-3)
+    model, state = placed(ply, zigzag(ply.rest_points, 0.98 * THICKNESS, 18e-3), device)
+    stepping.search_contacts(model, state, asking=True)
+    memory, vertex, slot = middle_contact(ply, model, state)
+    kept = memory.contacts.numpy()
+    x = state.plies.x.numpy()
+    x[vertex] -= 1.3 * THICKNESS * kept["normal"][slot]  # a third of it behind the mid-surface
+    state.plies.x.assign(x)
+    stepping.search_contacts(model, state, asking=False)
+    assert memory.contacts.numpy()["near"][slot] == 1, "its own plane says that it went through"
+    allowed = memory.contacts.numpy()
+    allowed["allowance"][slot] = 1.3 * THICKNESS
+    memory.contacts.assign(allowed)
+    stepping.search_contacts(model, state, asking=False)
+    assert memory.contacts.numpy()["near"][slot] == 1, "so it does where that is allowed"
+    kept["normal"][slot] *= -1.0
+    memory.contacts.assign(kept)
+    stepping.search_contacts(model, state, asking=False)
+    assert memory.contacts.numpy()["near"][slot] == 0, "another plane had it in front"
+
+
 def test_layers_that_meet_part_again_without_energy_from_nowhere(device):
     ply = strip(43.5e-3)
     model, state = placed(ply, hairpin(ply.rest_points, 21e-3), device, duration=8e-4)

@@ -30,6 +30,7 @@ from .on_ply import (
     PlyContact,
     PlySearch,
     Slots,
+    contact_gap,
     effective_mass,
     press_on_ply,
     radius_of,
@@ -73,7 +74,7 @@ def signed_distance(
     ply: SearchedSelf,
     nearest: NearestFacet,
     side: wp.float64,
-    held: int,
+    through: bool,
     reach: wp.float64,
     x: wp.array(dtype=wp.vec3d),
 ):
@@ -84,7 +85,7 @@ def signed_distance(
         ply: the vertex's.
         nearest: the place.
         side: +1 for a vertex above it, −1 for one below.
-        held: 1 if the vertex was near that side before.
+        through: whether it has been pressed through the mid-surface from that side.
         reach: distance beyond the thickness that counts as near [m].
         x: positions [m], shape [vertex].
     """
@@ -99,13 +100,20 @@ def signed_distance(
         if beyond > wp.float64(0.25) * ply.thickness * ply.thickness:
             near = False
     if height < zero:
-        if held == 0:  # a walk has come round a fold, to where it lies on the other side
+        if not through:  # a walk has come round a fold, to where it lies on the other side
             near = False
         distance = -distance
     normal = outward
     if wp.abs(distance) > wp.float64(1.0e-3) * ply.thickness:
         normal = offset / distance
     return near, distance, normal
+
+
+@wp.func
+def has_gone_through(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3d) -> bool:
+    """Whether a point lies behind the mid-surface by the plane that it has held until now."""
+    height = contact_gap(contact, x, point) - contact.allowance + contact.thickness
+    return contact.near == 1 and height < wp.float64(0.0)
 
 
 @wp.func
@@ -178,6 +186,7 @@ def touch(
 ):
     """Make a slot's contact that with the nearest triangle on its side, or none."""
     held = kept.slots.contacts[slot].near
+    through = has_gone_through(kept.slots.contacts[slot], x, x[i])
     earlier = let_go(law, laws, kept.slots, slot, x, x[i])
     if held == 0:
         seen = kept.seen[slot] - 1
@@ -185,7 +194,8 @@ def touch(
     kept.seen[slot] = nearest.facet + 1
     if nearest.facet < 0:
         return
-    near, height, normal = signed_distance(facets, ply, nearest, side, held, reach_of(search), x)
+    reach = reach_of(search)
+    near, height, normal = signed_distance(facets, ply, nearest, side, through, reach, x)
     if not near:
         return
     gap = height - ply.thickness
@@ -275,7 +285,11 @@ def find_self_contacts(
                     continue
                 there = nearest_on_facet(facets, facet, x, point)
                 square = wp.length_sq(there.offset)
-                if square < radius * radius and is_another_fold(flat, facets, i, there):
+                nearer = upper.facet < 0 or square < wp.length_sq(upper.offset)
+                nearer = nearer or lower.facet < 0 or square < wp.length_sq(lower.offset)
+                if square >= radius * radius or not nearer:
+                    continue
+                if is_another_fold(flat, facets, i, there):
                     over = is_same_place(flat, facets, i, held_above, there)
                     under = is_same_place(flat, facets, i, held_below, there)
                     if over == under:
@@ -286,6 +300,7 @@ def find_self_contacts(
                     else:
                         if lower.facet < 0 or square < wp.length_sq(lower.offset):
                             lower = there
+
         one = wp.float64(1.0)
         touch(law, laws, search, facets, flat, ply, i, above, one, upper, mass, x, v, kept, lost)
         touch(law, laws, search, facets, flat, ply, i, below, -one, lower, mass, x, v, kept, lost)
