@@ -19,7 +19,7 @@ kind = "list"
 rows = [
   { duration = "2ms", holder_force = "50 N", travel = "20mm" },
   { duration = "2ms", holder_force = "0.2 kN", travel = "20mm" },
-  { duration = "0.05ms", holder_force = 100, travel = "20mm" },
+  { duration = "0.01ms", holder_force = 100, travel = "20mm" },
   { duration = "2ms", holder_force = 100, travel = 10 },
   { duration = "2ms", holder_force = 100, travel = "30mm" },
 ]
