@@ -71,6 +71,21 @@ def test_a_ply_that_is_pressed_through_another_keeps_its_order(device):
     np.testing.assert_allclose(up, 1.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("asking", [False, True])
+def test_what_has_not_gone_through_does_not_lie_far_behind(asking, device):
+    """A walk that has come round a fold finds a vertex on the other side than the place before."""
+    _, model, state, *_ = two_laid_up(device)
+    sides(model, state, [(0.0, 0.0), (0.0, 3.0 * THICKNESS)])
+    memory, inner = memory_of(model, state), contact_of(model).looks[1].first_slot + 12
+    seen = memory.seen.numpy()
+    assert seen["seen"][inner] > 0 and memory.contacts.numpy()["near"][inner] == 0
+    seen["across"][inner], seen["way"][inner] = 1, 0.0
+    memory.seen.assign(seen)
+    stepping.search_contacts(model, state, asking=asking)
+    assert memory.seen.numpy()["across"][inner] == 0
+    assert memory.deepest.numpy().max() < 1e-6
+
+
 def test_a_place_on_another_fold_is_judged_anew(device):
     """A ply over one end of another, arched, one is next found beneath its other end."""
     low = Ply.rectangle("low", "carbon_interlock", 0.06, cells=6)

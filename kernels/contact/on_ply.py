@@ -91,6 +91,13 @@ def contact_gap(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3
 
 
 @wp.func
+def has_gone_through(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3d) -> bool:
+    """Whether a point lies behind the mid-surface by the plane that it has held until now."""
+    height = contact_gap(contact, x, point) - contact.allowance + contact.thickness
+    return contact.near == 1 and height < wp.float64(0.0)
+
+
+@wp.func
 def turn_to_nearer(slots: Slots, slot: int, x: wp.array(dtype=wp.vec3d), point: wp.vec3d):
     """In a hollow, hold the nearer of two planes from now on.
 

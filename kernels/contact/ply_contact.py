@@ -20,6 +20,7 @@ from .on_ply import (
     Slots,
     between,
     effective_mass,
+    has_gone_through,
     plane_in,
     press_on_ply,
     radius_of,
@@ -60,6 +61,7 @@ def look_in_order(
     searching: int,
     way: int,
     known: PlyMemory,
+    through: bool,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
@@ -76,6 +78,7 @@ def look_in_order(
         searching: number of the point's ply.
         way: +1 to look at the plies above, −1 below.
         known: from the search before.
+        through: whether the point has been pressed through the ply that it touches.
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
         hollows: room on the hollow sides, above and below [m], shape [vertex].
@@ -102,7 +105,8 @@ def look_in_order(
                 walked = walk_to_nearest(facets, known.seen - 1, x, hollows, point)
                 if is_same_place(there, walked, thickness):
                     lay = known.across
-            plane = plane_on_side(facets, there, side, lay, thickness, x, normals, hollows)
+            pressed = through and lay < 2
+            plane = plane_on_side(facets, there, side, lay, pressed, thickness, x, normals, hollows)
             if best.nearest.facet < 0 or (
                 plane.beyond < 2 and (best.plane.beyond == 2 or plane.gap < best.plane.gap)
             ):
@@ -124,6 +128,7 @@ def look_again(
     searching: int,
     way: int,
     known: PlyMemory,
+    through: bool,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
     hollows: wp.array(dtype=wp.vec2d),
@@ -138,7 +143,7 @@ def look_again(
         thickness = stack.half[searching] + stack.half[best.ply]
         side = -wp.float64(way)
         best.plane = plane_on_side(
-            facets, best.nearest, side, known.across, thickness, x, normals, hollows
+            facets, best.nearest, side, known.across, through, thickness, x, normals, hollows
         )
         if best.plane.beyond > 0 or best.plane.across != 0:
             best.loose = 1
@@ -236,16 +241,19 @@ def find_ply_contacts(
             continue
         memory[slot].way = wp.float64(0.0)
         point = x[i]
+        through = has_gone_through(slots.contacts[slot], x, point)
         earlier = let_go(law, laws, slots, slot, x, point)
         known = memory[slot]
         seen = Sighting()
         asks = search.asks == 1 or known.loose == 1
         if asks:
             seen = look_in_order(
-                search, facets, stack, searching, way, known, x, normals, hollows, point
+                search, facets, stack, searching, way, known, through, x, normals, hollows, point
             )
         else:
-            seen = look_again(facets, stack, searching, way, known, x, normals, hollows, point)
+            seen = look_again(
+                facets, stack, searching, way, known, through, x, normals, hollows, point
+            )
         memory[slot].loose = seen.loose
         memory[slot].seen = seen.nearest.facet + 1
         if seen.nearest.facet < 0:

@@ -94,6 +94,7 @@ def plane_on_side(
     nearest: NearestFacet,
     side: wp.float64,
     before: int,
+    through: bool,
     thickness: wp.float64,
     x: wp.array(dtype=wp.vec3d),
     normals: wp.array(dtype=wp.vec3d),
@@ -104,13 +105,15 @@ def plane_on_side(
     A vertex changes sides past the ply's border, once it is a thickness beyond the mid-surface and
     so touches neither side. One that comes in sight, or back from where it was left alone, takes
     the side into which it reaches less deep: room in a hollow makes no vertex that has come over a
-    border lie on the other side of the ply.
+    border lie on the other side of the ply. So does one that lies more than a thickness behind the
+    mid-surface without having gone through it: a walk has come round a fold.
 
     Args:
         facets: of all plies.
         nearest: the place.
         side: +1 for a vertex that the stacking order puts above the ply, −1 for one below.
         before: 0 if it lay in the stacking order at the last search, 1 across, 2 if undecided.
+        through: whether it has been pressed through the mid-surface.
         thickness: of the mid-surfaces in contact [m].
         x: positions [m], shape [vertex].
         normals: unit vertex normals, shape [vertex].
@@ -119,7 +122,7 @@ def plane_on_side(
     across = before % 2
     side_now = wp.where(across == 1, -side, side)
     plane = plane_of(facets, nearest, side_now, thickness, x, normals, hollows)
-    far = plane.beyond > 0 and plane.height < -thickness
+    far = plane.height < -thickness and (plane.beyond > 0 or not through)
     new = before == 2 and plane.beyond == 0 and plane.gap < wp.float64(0.0)
     if far or new:
         other = plane_of(facets, nearest, -side_now, thickness, x, normals, hollows)

@@ -30,8 +30,8 @@ from .on_ply import (
     PlyContact,
     PlySearch,
     Slots,
-    contact_gap,
     effective_mass,
+    has_gone_through,
     press_on_ply,
     radius_of,
     reach_of,
@@ -107,13 +107,6 @@ def signed_distance(
     if wp.abs(distance) > wp.float64(1.0e-3) * ply.thickness:
         normal = offset / distance
     return near, distance, normal
-
-
-@wp.func
-def has_gone_through(contact: PlyContact, x: wp.array(dtype=wp.vec3d), point: wp.vec3d) -> bool:
-    """Whether a point lies behind the mid-surface by the plane that it has held until now."""
-    height = contact_gap(contact, x, point) - contact.allowance + contact.thickness
-    return contact.near == 1 and height < wp.float64(0.0)
 
 
 @wp.func
