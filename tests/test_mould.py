@@ -6,10 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapely
 import trimesh
 
 import warpdrape as wd
 from warpdrape.tools.counterpart import _distances, _ways
+from warpdrape.tools.holder_ring import holder_ring
 from warpdrape.tools.mould_face import face_of
 from warpdrape.tools.profile import Arc, Line, revolve
 from warpdrape.tools.tool_mesh import read_surface
@@ -291,3 +293,60 @@ def test_units_of_a_mesh_file_are_asked_and_believed_only_if_plausible(tmp_path)
     assert wd.Mould.from_file(file, units="cm").tool.vertices[:, 0].max() == pytest.approx(
         0.9, rel=1e-3
     )
+
+
+def dented(*depths, level=0.0):
+    """A plate at a level with long dents (humps where the depth is negative) side by side."""
+    across, along = np.linspace(-0.12, 0.12, 97), np.linspace(-0.12, 0.12, 97)
+    x, y = (grid.ravel() for grid in np.meshgrid(across, along, indexing="ij"))
+    z = np.full(len(x), level)
+    middles = 0.08 * (np.arange(len(depths)) - 0.5 * (len(depths) - 1))
+    for middle, depth in zip(middles, depths, strict=True):
+        away = np.minimum(np.hypot(np.maximum(np.abs(y) - 0.04, 0.0), x - middle) / 0.025, 1.0)
+        z -= 0.5 * depth * (1.0 + np.cos(np.pi * away))
+    corner = (np.arange(96)[:, None] * 97 + np.arange(96)).ravel()
+    faces = np.concatenate([corner[:, None] + (0, 97, 98), corner[:, None] + (0, 98, 1)])
+    mesh = trimesh.Trimesh(np.stack([x, y, z], axis=1), faces, process=False)
+    return wd.Tool(name="mould", surface=read_surface("dents", mesh, 1.0))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_holder_leaves_every_shape_open(sign):
+    """A punch that went into a dent under the holder would press the ply through it."""
+    mould = wd.Mould.of(dented(sign * 12e-3, sign * 8e-3))
+    assert mould.kind == ("female" if sign > 0.0 else "male")
+    assert len(mould.face.outline.geoms) == 2 and mould.middle == pytest.approx((0.0, 0.0))
+    holder = mould.holder(thickness=1e-3, force=50.0)
+    shape = mould.face.surface.mesh.triangles_center[~mould.face.rim][:, :2]
+    level = np.abs(holder.surface.mesh.face_normals[:, 2]) > 0.999
+    corners = holder.vertices[holder.triangles[level]]
+    flat = shapely.union_all([shapely.Polygon(each[:, :2]) for each in corners])
+    assert not shapely.intersects(flat, shapely.points(shape)).any()
+    one = math.pi * 0.025**2 + 0.05 * 0.08
+    assert 0.24**2 - flat.area == pytest.approx(2.0 * one, rel=0.35)
+
+
+def test_noise_of_a_scanned_rim_is_no_shape():
+    tool = dented(12e-3)
+    points = tool.surface.mesh.vertices.copy()
+    points[:, 2] += np.random.default_rng(3).uniform(-0.022e-3, 0.022e-3, len(points))
+    mesh = trimesh.Trimesh(points, tool.surface.mesh.faces, process=False)
+    tilted = mesh.face_normals[np.abs(points[mesh.faces][..., 2]).max(axis=1) < 1.1e-4, 2]
+    assert (tilted < math.cos(math.radians(1.0))).mean() > 0.005
+    mould = wd.Mould.of(wd.Tool(name="mould", surface=read_surface("scan", mesh, 1.0)))
+    assert isinstance(mould.face.outline, shapely.Polygon)
+    low, high = np.reshape(mould.face.outline.bounds, (2, 2))
+    assert (high - low).tolist() == pytest.approx([0.05, 0.13], abs=6e-3)
+
+
+def test_a_holders_straight_sides_do_not_bulge():
+    """Normals at its corners are the true surface's for plies: a side d that they turn along from
+    n_a to n_b bulges by d·(n_b − n_a)/8."""
+    outline = shapely.LineString([(-0.04, 0.0), (0.04, 0.0)]).buffer(0.025, quad_segs=16)
+    cut = outline.difference(shapely.box(0.0, -0.03, 0.006, 0.0))  # with re-entrant corners
+    for opening in (outline, cut):
+        ring = holder_ring("holder", opening, shapely.box(-0.1, -0.1, 0.1, 0.1), up=False)
+        points = ring.mesh.triangles
+        sides, turn = (np.roll(a, -1, axis=1) - a for a in (points, ring.normals))
+        bulge = np.abs(np.einsum("fki,fki->fk", sides, turn)) / 8.0
+        assert 1e-6 < bulge.max() < 0.12e-3

@@ -1,4 +1,4 @@
-"""A flat blank holder round an opening of any outline, its inner edge rounded."""
+"""A flat blank holder round openings of any outline, their edges rounded."""
 
 from __future__ import annotations
 
@@ -15,15 +15,21 @@ from warpdrape.tools.sweep import joined
 EDGE = 2e-3
 """Radius of the rounding at the opening [m]."""
 FINE = 5e-5
-"""How far the opening's outline may be off the one asked for [m]."""
+"""How far an opening's outline may be off the one asked for [m]."""
 
 
-def holder_ring(who: str, opening: shapely.Polygon, outer: shapely.Polygon, *, up: bool) -> Surface:
+def holder_ring(
+    who: str,
+    opening: shapely.Polygon | shapely.MultiPolygon,
+    outer: shapely.Polygon,
+    *,
+    up: bool,
+) -> Surface:
     """Make the holder, its flat at z = 0.
 
     Args:
         who: for errors.
-        opening: the outline that stays free [m].
+        opening: the outline that stays free, of one shape or several [m].
         outer: where the holder ends [m].
         up: whether it faces up, else down.
 
@@ -32,20 +38,24 @@ def holder_ring(who: str, opening: shapely.Polygon, outer: shapely.Polygon, *, u
     """
     # Re-entrant corners get a radius of twice the rounding's, so that it goes round them.
     flat_from = opening.buffer(3.0 * EDGE, quad_segs=8).buffer(-2.0 * EDGE, quad_segs=8)
-    flat_from = flat_from.simplify(FINE)
-    flat = outer.difference(flat_from)
-    if not isinstance(flat, shapely.Polygon) or len(flat.interiors) != 1:
+    parts = shapely.get_parts(flat_from.simplify(FINE))
+    free = shapely.get_parts(shapely.union_all([shapely.Polygon(part.exterior) for part in parts]))
+    flat = outer.difference(shapely.MultiPolygon(free.tolist()))
+    if not isinstance(flat, shapely.Polygon) or len(flat.interiors) != len(free):
         raise InputError(
             f"{who}: the flat rim round the mould's shape is too narrow for a blank holder, or "
             "does not go all round: leave the holder out, or give the mould a wider rim"
         )
-    loop = np.array(shapely.Polygon(flat.interiors[0]).normalize().exterior.coords)[:-1]
-    loop = loop if shapely.LinearRing(loop).is_ccw else loop[::-1]
     side = 1.0 if up else -1.0
-    parts = [_rounding(loop, side), _sheet(flat, side)]
-    made = joined(parts)
+    made = joined([*(_rounding(_loop(hole), side) for hole in flat.interiors), _sheet(flat, side)])
     made.mesh.merge_vertices()
     return made
+
+
+def _loop(hole: shapely.LinearRing) -> np.ndarray:
+    """Corners of a hole, counter-clockwise [m], shape [n, 2]."""
+    loop = np.array(shapely.Polygon(hole).normalize().exterior.coords)[:-1]
+    return loop if shapely.LinearRing(loop).is_ccw else loop[::-1]
 
 
 def _rounding(loop: np.ndarray, side: float) -> Surface:
@@ -57,9 +67,8 @@ def _rounding(loop: np.ndarray, side: float) -> Surface:
     """
     arc = Arc((0.0, EDGE), EDGE, -0.5 * math.pi, -math.pi)
     ends, normals = sample_pieces([arc, Line((-EDGE, EDGE), (-EDGE, 5.0 * EDGE))], EDGE)
-    ways = np.roll(loop, -1, axis=0) - loop
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    mean = ways + np.roll(ways, 1, axis=0)
+    # Longer sides count more: plies feel a side bulge by its length times its normals' turn.
+    mean = np.roll(loop, -1, axis=0) - np.roll(loop, 1, axis=0)
     mean /= np.linalg.norm(mean, axis=1, keepdims=True)
     out = np.stack([mean[:, 1], -mean[:, 0]], axis=1)
     loop, out = np.concatenate([loop, loop[:1]]), np.concatenate([out, out[:1]])

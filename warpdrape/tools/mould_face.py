@@ -55,9 +55,10 @@ class Face:
         return float(areas @ (heights - self.level)) <= 0.0
 
     @property
-    def outline(self) -> shapely.Polygon:
-        """The shape within the rim as seen from above, its inner holes filled [m]."""
-        return plan(self.surface.mesh, ~self.rim)
+    def outline(self) -> shapely.Polygon | shapely.MultiPolygon:
+        """All shapes within the rim as seen from above, their inner holes filled [m]."""
+        parts = plans(self.surface.mesh, ~self.rim)
+        return shapely.union_all(parts) if parts else shapely.Polygon()
 
     @property
     def outer(self) -> shapely.Polygon:
@@ -95,16 +96,21 @@ def face_of(who: str, surface: Surface) -> Face:
 
 
 def plan(mesh: trimesh.Trimesh, chosen: np.ndarray) -> shapely.Polygon:
-    """The largest border of chosen facets seen from above, without holes [m]."""
-    loops = [
-        np.asarray(mesh.vertices)[loop, :2] for loop in borders(np.asarray(mesh.faces)[chosen])
-    ]
-    if not loops:
-        return shapely.Polygon()
-    largest = shapely.Polygon(max(loops, key=lambda loop: abs(loop_area(loop)))).buffer(0.0)
-    parts = shapely.get_parts(largest)  # of a border that touches itself
+    """The largest of `plans` [m]."""
+    return max(plans(mesh, chosen), key=lambda part: part.area, default=shapely.Polygon())
+
+
+def plans(mesh: trimesh.Trimesh, chosen: np.ndarray) -> list[shapely.Polygon]:
+    """What the borders of chosen facets enclose as seen from above, without holes [m]."""
     size = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-300)
-    return max(parts, key=lambda part: part.area).simplify(1e-6 * size)
+    parts = []
+    for loop in borders(np.asarray(mesh.faces)[chosen]):
+        flat = np.asarray(mesh.vertices)[loop, :2]
+        if abs(loop_area(flat)) > (1e-6 * size) ** 2:  # one round a wall has none
+            whole = shapely.Polygon(flat).buffer(0.0)  # in parts if it touches itself
+            parts += shapely.get_parts(whole).tolist()
+    simple = [shapely.Polygon(part.exterior).simplify(1e-6 * size) for part in parts]
+    return [part for part in simple if not part.is_empty]
 
 
 def borders(facets: np.ndarray) -> list[np.ndarray]:
@@ -198,6 +204,9 @@ def _flat_rim(mesh: trimesh.Trimesh) -> tuple[np.ndarray, float]:
     piece = _neighbours(mesh, flat)
     at_border = np.isin(mesh.faces, border[on_hull]).any(axis=1)
     rim = flat & np.isin(piece, np.unique(piece[flat & at_border]))
+    # Nor is a shape what tilts within the rim and stays at its level, such as a scan's noise.
+    others = _neighbours(mesh, ~rim)
+    rim |= ~rim & ~np.isin(others, others[~rim & ~at_level])
     return (none, level) if rim.all() else (rim, level)
 
 
