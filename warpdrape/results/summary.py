@@ -76,7 +76,8 @@ def summarise(
     if squeezed and not sound.failure:
         warnings.append(squeezed)
     warnings += [warning for each in measured for warning in each.warnings]
-    warnings += untouched(model, history, loose)
+    if not sound.failure:  # else a tool may have been on its way
+        warnings += untouched(model, history, loose)
     warnings += come_away(model, measured, plies, loose)
     warnings += of_loads(sound, history, loose)
     warnings += passed_through(model, contacts)
