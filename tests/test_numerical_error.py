@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from numerical_error_checks import MEASURES, blank
 
-from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.ply import Ply, longest_yarn
 from warpdrape.report.words import result_section
 from warpdrape.results import numerical_error as cost
 from warpdrape.results.numerical_error import (
-    longest_yarn,
     numerical_error,
     numerical_error_text,
 )

@@ -98,7 +98,7 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
     rest = np.concatenate([ply.rest_points for ply in scene.plies])
     spans = ply_spans(scene)
     mass = wp.array(masses.mass, dtype=wp.float64, device=device)
-    forces = (force.build(scene, spans, device) for force in forces_of(scene))
+    forces = (force.build(scene, spans, timing.time_step, device) for force in forces_of(scene))
     contacts = build_contacts(scene, spans, timing, mass, device)
     return Model(
         scene=scene,

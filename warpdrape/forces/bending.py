@@ -193,7 +193,7 @@ def _of_ply(scene: Setup, number: int) -> tuple[Any, ...] | None:
     return operator, matrix, slopes, between.toarray()
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Bendings | None:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Bendings | None:
     """Put the bending of all plies on a device; None where no ply has any."""
     found = zip(_matrices(scene), spans, strict=True)
     plies = {

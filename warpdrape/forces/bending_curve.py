@@ -140,7 +140,9 @@ def _operators(scene: Setup) -> tuple[CurvatureOperator | None, ...]:
     )
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> BendingCurves | None:
+def build(
+    scene: Setup, spans: tuple[Span, ...], time_step: float, device: str
+) -> BendingCurves | None:
     """Put the bending of all plies on a device; None where no card has a curve.
 
     Raises:

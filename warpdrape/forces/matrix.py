@@ -180,7 +180,7 @@ class Matrices:
         return found, warnings
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Matrices | None:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Matrices | None:
     """Put the matrices of all plies on a device; None where there is none."""
     plies = {
         number: _build_ply(scene, ply, matrix, span, device)

@@ -120,7 +120,7 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     return np.zeros(len(scene.plies[number].mesh.triangles))
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Pressures | None:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Pressures | None:
     """Put the triangles that pressures act on on a device; None where there are none."""
     if not scene.pressures:
         return None

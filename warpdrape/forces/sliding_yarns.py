@@ -86,7 +86,7 @@ class SlidingYarns:
         return found | {"yarns_per_bar": per_bar}, warnings
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> SlidingYarns:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> SlidingYarns:
     """Put the yarns of all plies on a device."""
     plies = zip(scene.plies, spans, strict=True)
     return SlidingYarns(

@@ -152,7 +152,7 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     return (stiffness / mass)[triangles].max(axis=1)
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Springs | None:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Springs | None:
     """Put the springs of a scene on a device; None where there are none."""
     if not scene.springs:
         return None

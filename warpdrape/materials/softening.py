@@ -66,23 +66,23 @@ def _divide(law: TensionLaw, softening: float) -> TensionLaw:
 
 
 def softening_entries(
-    softening: float, history: Mapping[str, np.ndarray], strain: float
+    softening: float, history: Mapping[str, np.ndarray], owed: float
 ) -> dict[str, float]:
     """Entries of ``summary.json``: the softening, and what it may have cost by the end.
 
-    The strain owed to it, ε(1 − 1/s), is exact for linear yarns; yarns
+    The strain owed to it, ε(1 − 1/s) less what has been recovered, is exact for linear yarns; yarns
     that stiffen as they stretch owe less. What yarns store over what the plies do says how far they
     are from inextensible.
 
     Args:
         softening: divisor s of the tensions [-].
         history: columns over the frames.
-        strain: the largest yarn strain at the end [-].
+        owed: the largest strain owed to it at the end [-].
     """
     internal = float(history["internal_j"][-1])
     return {
         "yarn_softening": float(softening),
-        "softening_strain": max(strain, 0.0) * (1.0 - 1.0 / softening),
+        "softening_strain": owed,
         "yarn_energy_ratio": float(history["yarn_j"][-1]) / internal if internal > 0.0 else 0.0,
     }
 
