@@ -1,7 +1,7 @@
 """How softened yarns recover the tension that softening withholds: rates, and what it amounts to.
 
-The rates follow from the lowest frequency ω at which a ply swings along its yarns, those of a bar
-as long with free ends, so that all that swings faster is damped (docs/theory.md).
+The rates follow from the lowest frequency at which a ply swings along its yarns, that of a bar as
+long with free ends, so that all that swings is damped (docs/theory.md).
 """
 
 from __future__ import annotations
@@ -22,6 +22,11 @@ from warpdrape.materials.laws import Unwoven
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
 
+SLOWER = 0.8
+"""ω over that frequency [-]: what swings at ω itself is neither damped nor fed."""
+MOST_OF_A_STEP = 0.2
+"""ω Δt at most [-]: of a few large triangles the slowest is nearly the fastest. With both, no step
+up to the stable one lets anything grow (tests/test_recovery.py)."""
 TINY = 1e-300
 
 
@@ -55,9 +60,10 @@ def lowest_frequency(ply: Ply, numerics: Numerics, time_step: float) -> float:
     if numerics.minimum_time_step is None or numerics.mass_scaling != "plain":
         return lowest
     gradients, _ = flat_gradients(ply)
-    none = 0.0
-    highest = highest_frequency_squared(gradients, ply.fabric.areal_density, softened, none)
-    return lowest * min(1.0, 2.0 / (time_step * math.sqrt(float(highest.max()))))
+    warp, weft = (k + c for k, c in zip(softened, guard_stiffness(ply, numerics), strict=True))
+    highest = highest_frequency_squared(gradients, ply.fabric.areal_density, (warp, weft), 0.0)
+    stable = 2.0 * numerics.safety / math.sqrt(float(highest.max()))
+    return lowest * min(1.0, stable / time_step)
 
 
 def recovery_rates(ply: Ply, numerics: Numerics, time_step: float) -> RecoveryRates:
@@ -70,9 +76,9 @@ def recovery_rates(ply: Ply, numerics: Numerics, time_step: float) -> RecoveryRa
     """
     rates = RecoveryRates()
     if recovers(ply, numerics):
-        followed = lowest_frequency(ply, numerics, time_step) * time_step
-        rates.followed = followed
-        rates.taken_up = numerics.yarn_recovery * followed
+        slowest = lowest_frequency(ply, numerics, time_step) * time_step
+        rates.followed = min(SLOWER * slowest, MOST_OF_A_STEP)
+        rates.taken_up = numerics.yarn_recovery * rates.followed
         rates.let_go = rates.taken_up / (numerics.yarn_softening - 1.0)
         rates.guard = wp.vec2d(*guard_stiffness(ply, numerics))
     return rates
