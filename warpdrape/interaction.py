@@ -219,15 +219,15 @@ def met_in_contact(measured: Sequence[Measured]) -> dict[str, list[dict[str, Any
 
 
 class Interaction(Protocol):
-    """A force or a contact, ready on a device.
+    """A force or a contact, ready on a device."""
 
-    Attributes:
-        name: as the profile of a run calls its steps.
-        searches: as it calls its searches, empty if it has none.
-    """
+    @property
+    def name(self) -> str:
+        """As the profile of a run calls its steps."""
 
-    name: str
-    searches: str
+    @property
+    def searches(self) -> str:
+        """As it calls its searches, empty if it has none."""
 
     def start(self) -> Any:
         """What it remembers, a record of arrays as it is at the start; None for nothing."""
@@ -249,3 +249,11 @@ class Force(Interaction, Protocol):
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[Mapping[str, float], list[str]]:
         """What it says of all plies, and warnings."""
+
+
+class MembraneForce(Force, Protocol):
+    """The force of the plies' membranes: most of a step's work, and shared out as it says."""
+
+    @property
+    def order(self) -> Sequence[np.ndarray]:
+        """Each ply's triangles in the order in which parts share them out."""
