@@ -87,12 +87,12 @@ class Launch(NamedTuple):
     inputs: list
     outputs: list
 
-    def __call__(self, device: str) -> None:
+    def __call__(self, device: wp.DeviceLike) -> None:
         """Launch it."""
         wp.launch(self.kernel, self.count, inputs=self.inputs, outputs=self.outputs, device=device)
 
 
-def sweeping_threads(device: str, count: int) -> int:
+def sweeping_threads(device: wp.DeviceLike, count: int) -> int:
     """Threads that sweep over so many entries: one on the CPU, one for each entry on a card."""
     return 1 if wp.get_device(device).is_cpu else count
 
@@ -105,7 +105,7 @@ class Swept(NamedTuple):
     inputs: list
     outputs: list
 
-    def __call__(self, device: str) -> None:
+    def __call__(self, device: wp.DeviceLike) -> None:
         """Launch it."""
         sweep = Sweep()
         sweep.first, sweep.end = self.run.first, sum(self.run)
@@ -160,6 +160,28 @@ class Bodies(NamedTuple):
     step: wp.array
     heat: HeatState | None
     pressing: PressingState | None = None
+
+    @property
+    def cooling(self) -> HeatState:
+        """Heat, for what is there only where a ply cools.
+
+        Raises:
+            LookupError: if none does.
+        """
+        if self.heat is None:
+            raise LookupError("no ply of this scene cools: there is no heat to read")
+        return self.heat
+
+    @property
+    def pressed(self) -> PressingState:
+        """What contacts press with, for what is there only where something asks for it.
+
+        Raises:
+            LookupError: if nothing does.
+        """
+        if self.pressing is None:
+            raise LookupError("nothing in this scene asks how hard contacts press")
+        return self.pressing
 
 
 def bodies_of(state: State) -> Bodies:

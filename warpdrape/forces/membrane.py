@@ -43,7 +43,7 @@ class Load(NamedTuple):
     """Elements whose forces one kernel adds."""
 
     kernel: Any
-    count: int
+    count: int  # type: ignore[assignment]  # in place of tuple.count, which nobody asks for
     inputs: list
     """The number of the first element counted, then what the kernel reads."""
     memory: Any = None
@@ -228,14 +228,15 @@ def build_membrane(ply: Ply, numerics: Numerics, span: Span, device: str) -> Mem
     fabric = ply.fabric
     flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
     gradients, areas = flat_gradients(ply)
-    numbered = wp.array(flat + span.first_vertex, dtype=wp.int32, device=device)
-    gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
-    area_array = wp.array(areas, dtype=wp.float64, device=device)
-    common = [numbered, gradient_array, area_array]
+    common: tuple[wp.array, wp.array, wp.array] = (
+        wp.array(flat + span.first_vertex, dtype=wp.int32, device=device),
+        wp.array(gradients, dtype=wp.vec4d, device=device),
+        wp.array(areas, dtype=wp.float64, device=device),
+    )
     if isinstance(fabric.tension, Unwoven):
         law = tension_struct(fabric, device)
         add_forces, measure = _SHEETS[type(fabric.tension)]
-        loads = (Load(add_forces, len(flat), [0, *common, law]),)
+        loads: tuple[Load, ...] = (Load(add_forces, len(flat), [0, *common, law]),)
         order = np.arange(len(flat))
         measurement = (measure, len(flat), [*common, law])
     else:
@@ -255,7 +256,7 @@ def _yarn_launches(
     ply: Ply,
     numerics: Numerics,
     vertex: int,
-    common: list[wp.array],
+    common: Sequence[wp.array],
     gradients: np.ndarray,
     areas: np.ndarray,
     device: str,
@@ -274,14 +275,16 @@ def _yarn_launches(
     patches, paired = len(offsets) - 1, pairs - pairs % 2
     stabiliser = patch_stabilisers(ply, numerics, offsets, members)
     of_patches = [*laws, wp.array(stabiliser, dtype=wp.float64, device=device), fabric.yarn_angle]
-    in_order = [wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)]
+    in_order: list[wp.array] = [
+        wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)
+    ]
     loads = []
     if paired:
         halves = members[: 2 * paired].reshape(-1, 2)
         two_pairs = arrange_pairs(
             np.asarray(ply.mesh.triangles), gradients, areas, halves, stabiliser[:paired], vertex
         )
-        pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
+        pair_array: wp.array = wp.array(two_pairs, dtype=TwoPairs, device=device)
         inputs, twos = [0, pair_array, *laws, fabric.yarn_angle], paired // 2
         loads.append(Load(add_pair_forces, twos, inputs, PairMemory, twos))
     if patches > paired:

@@ -20,7 +20,7 @@ from warpdrape.forces.sliding_chains import (
     along_bars,
     bars_on,
     chains_of,
-    check_card,
+    crossover_of,
     crossovers_on,
     kernels_of,
     law_of,
@@ -160,7 +160,7 @@ class PlySliding:
 
 def build_ply_sliding(scene: Setup, ply: Ply, span: Span, device: str) -> PlySliding:
     """Put a ply's yarns on a device."""
-    check_card(ply)
+    law = crossover_of(ply)
     chains, numerics = chains_of(ply), scene.numerics
     couples = yarns.build_ply_yarns(ply, numerics, span, device)
     add_couples, measure = _couples(*membrane_functions(ply.fabric)[2:])
@@ -176,8 +176,8 @@ def build_ply_sliding(scene: Setup, ply: Ply, span: Span, device: str) -> PlySli
         kernels_of(ply),
         law_of(ply, numerics, device),
         bars_on(ply, chains, numerics, span, device),
-        crossovers_on(scene, ply, chains, _stiffest(ply, chains, numerics), device),
-        bearers_on(ply, chains, span, device),
+        crossovers_on(scene, ply, law, chains, _stiffest(ply, chains, numerics), device),
+        bearers_on(ply, law, chains, span, device),
     )
 
 
