@@ -33,9 +33,7 @@ PRESSES = (
     tetrahedron,
     three_ply_hemisphere,
 )
-STANDARD = Numerics(
-    yarn_softening=100.0, yarn_recovery=0.1, contact_share=0.1, search_slide=1e-4
-)
+STANDARD = Numerics(yarn_softening=100.0, yarn_recovery=0.1, contact_share=0.1, search_slide=1e-4)
 
 
 def test_an_accuracy_is_a_set_of_numerics():

@@ -12,6 +12,7 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
+from warpdrape.interaction import bodies_of
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
@@ -288,3 +289,17 @@ def test_a_clamp_must_begin_where_its_vertices_lie():
     scene = Scene(name="jump", plies=[ply], clamps=[clamp], duration=0.01)
     with pytest.raises(InputError, match="'grip' does not begin where its vertices lie"):
         scene.run()
+
+
+def test_heat_and_pressing_are_asked_for_only_where_there_are_any():
+    ply = Ply.rectangle("ply", ELASTIC, 0.02, cells=2)
+    bodies = bodies_of(
+        initial_state(build_model(Scene(name="cold", plies=[ply], duration=0.01), "cpu", 1))
+    )
+    with pytest.raises(LookupError, match="no ply of this scene cools"):
+        _ = bodies.cooling
+    with pytest.raises(LookupError, match="nothing in this scene asks"):
+        _ = bodies.pressed
+    heat, pressing = object(), object()
+    warm = bodies._replace(heat=heat, pressing=pressing)
+    assert warm.cooling is heat and warm.pressed is pressing

@@ -56,11 +56,21 @@ class YarnRates(NamedTuple):
     """At which they recover what softening withholds."""
 
 
+def without_rates() -> YarnRates:
+    """Those of yarns whose tensions time has no part in."""
+    return YarnRates((0.0, 0.0), RecoveryRates())
+
+
+def rates_of(ply: Ply, numerics: Numerics, time_step: float) -> YarnRates:
+    """Those of a ply, for steps of Δt [s]."""
+    return YarnRates(yarn_viscosity(ply.fabric, numerics), recovery_rates(ply, numerics, time_step))
+
+
 class Load(NamedTuple):
     """Elements whose forces one kernel adds."""
 
     kernel: Any
-    count: int
+    count: int  # type: ignore[assignment]  # in place of tuple.count, which nobody asks for
     inputs: list
     """The number of the first element counted, then what the kernel reads."""
     memory: Any = None
@@ -115,11 +125,10 @@ class Membrane:
 
     def add_forces(self, x: wp.array, f: wp.array) -> None:
         """Add the membrane's forces [N] at positions x [m] to f, those that time has no part in."""
-        still = YarnRates((0.0, 0.0), RecoveryRates())
         recovered = wp.empty(0, Recovery, device=x.device)
         for load in self.loads:
             memory = None if load.memory is None else wp.empty(0, load.memory, device=x.device)
-            load.launch(Run(0, load.count), x, still, memory, recovered, f)(x.device)
+            load.launch(Run(0, load.count), x, without_rates(), memory, recovered, f)(x.device)
 
     def measure(self, x: wp.array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Yarn strains [-], line tensions [N/m] and (yarn, shear, stabiliser) energy [J].
@@ -173,7 +182,7 @@ class Membranes:
             for load in membrane.loads
         )
         return loads + tuple(
-            start_recovery(of.ply, self.numerics, len(of.patches) - 1, of.areas.device)
+            start_recovery(of.ply, self.numerics, len(of.patches) - 1, str(of.areas.device))
             for of in self.plies
         )
 
@@ -278,21 +287,22 @@ def build_membrane(
     fabric = ply.fabric
     flat = np.asarray(ply.mesh.triangles, dtype=np.int32)
     gradients, areas = flat_gradients(ply)
-    numbered = wp.array(flat + span.first_vertex, dtype=wp.int32, device=device)
-    gradient_array = wp.array(gradients, dtype=wp.vec4d, device=device)
-    area_array = wp.array(areas, dtype=wp.float64, device=device)
-    common = [numbered, gradient_array, area_array]
+    common: tuple[wp.array, wp.array, wp.array] = (
+        wp.array(flat + span.first_vertex, dtype=wp.int32, device=device),
+        wp.array(gradients, dtype=wp.vec4d, device=device),
+        wp.array(areas, dtype=wp.float64, device=device),
+    )
     if isinstance(fabric.tension, Unwoven):
         law = tension_struct(fabric, device)
         add_forces, measure = _SHEETS[type(fabric.tension)]
-        loads = (Load(add_forces, len(flat), [0, *common, law]),)
+        loads: tuple[Load, ...] = (Load(add_forces, len(flat), [0, *common, law]),)
         offsets, order = np.zeros(1, dtype=int), np.arange(len(flat))
         measurement = (measure, len(flat), [*common, law])
     else:
         loads, offsets, order, measurement = _yarn_launches(
             ply, numerics, span.first_vertex, common, gradients, areas, device
         )
-    rates = YarnRates(yarn_viscosity(fabric, numerics), recovery_rates(ply, numerics, time_step))
+    rates = rates_of(ply, numerics, time_step)
     return Membrane(ply, span, *common, loads, rates, offsets, order, measurement)
 
 
@@ -306,7 +316,7 @@ def _yarn_launches(
     ply: Ply,
     numerics: Numerics,
     vertex: int,
-    common: list[wp.array],
+    common: Sequence[wp.array],
     gradients: np.ndarray,
     areas: np.ndarray,
     device: str,
@@ -325,14 +335,16 @@ def _yarn_launches(
     patches, paired = len(offsets) - 1, pairs - pairs % 2
     stabiliser = patch_stabilisers(ply, numerics, offsets, members)
     of_patches = [*laws, wp.array(stabiliser, dtype=wp.float64, device=device), fabric.yarn_angle]
-    in_order = [wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)]
+    in_order: list[wp.array] = [
+        wp.array(array, dtype=wp.int32, device=device) for array in (offsets, members)
+    ]
     loads = []
     if paired:
         halves = members[: 2 * paired].reshape(-1, 2)
         two_pairs = arrange_pairs(
             np.asarray(ply.mesh.triangles), gradients, areas, halves, stabiliser[:paired], vertex
         )
-        pair_array = wp.array(two_pairs, dtype=TwoPairs, device=device)
+        pair_array: wp.array = wp.array(two_pairs, dtype=TwoPairs, device=device)
         inputs, twos = [0, pair_array, *laws, fabric.yarn_angle], paired // 2
         loads.append(Load(add_pair_forces, twos, inputs, PairMemory, twos))
     if patches > paired:

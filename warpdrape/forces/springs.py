@@ -101,7 +101,7 @@ class Springs:
             readings[f"{spring.name}_work_j"] = done
             readings[f"{spring.name}_slip_m"] = float(mine.slipped.numpy().max())
             readings[f"{spring.name}_broken"] = float((mine.state.numpy() == BROKEN).mean())
-        nothing = tuple({} for _ in self.scene.plies)
+        nothing: tuple[dict[str, np.ndarray], ...] = tuple({} for _ in self.scene.plies)
         return Measured(fields=nothing, work=work, readings=readings)
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -152,7 +152,7 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     return (stiffness / mass)[triangles].max(axis=1)
 
 
-def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Springs | None:
+def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Springs | None:
     """Put the springs of a scene on a device; None where there are none."""
     if not scene.springs:
         return None

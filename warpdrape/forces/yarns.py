@@ -26,16 +26,15 @@ from warpdrape.forces.curvature import gershgorin
 from warpdrape.forces.membrane import (
     Load,
     YarnRates,
+    rates_of,
     strain_entries,
     summary_of_softening,
-    yarn_viscosity,
 )
 from warpdrape.forces.ply_net import net_of, tie_stiffness, yarns_per_bar
 from warpdrape.forces.recovery import (
     Recovered,
     measured,
     recovered_by,
-    recovery_rates,
     start_recovery,
 )
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
@@ -151,7 +150,7 @@ class Yarns:
     def start(self) -> tuple[wp.array, ...]:
         """For each ply what its quadrants remember, then what they have recovered."""
         return tuple(of.start() for of in self.plies) + tuple(
-            start_recovery(of.ply, self.numerics, of.load.remembered, of.ties.weight.device)
+            start_recovery(of.ply, self.numerics, of.load.remembered, str(of.ties.weight.device))
             for of in self.plies
         )
 
@@ -195,15 +194,18 @@ class Yarns:
 
 def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Yarns:
     """Put the nets of all plies on a device."""
-    plies = zip(scene.plies, spans, strict=True)
+    plies, numerics = zip(scene.plies, spans, strict=True), scene.numerics
     return Yarns(
-        tuple(build_ply_yarns(ply, scene.numerics, span, time_step, device) for ply, span in plies),
+        tuple(
+            build_ply_yarns(ply, numerics, span, rates_of(ply, numerics, time_step), device)
+            for ply, span in plies
+        ),
         scene.numerics,
     )
 
 
 def build_ply_yarns(
-    ply: Ply, numerics: Numerics, span: Span, time_step: float, device: str
+    ply: Ply, numerics: Numerics, span: Span, rates: YarnRates, device: str
 ) -> PlyYarns:
     """Put a ply's net on a device."""
     net, fabric = net_of(ply), ply.fabric
@@ -230,7 +232,6 @@ def build_ply_yarns(
     ties.weight = wp.array(net.ties.data, dtype=wp.float64, device=device)
     ties.stiffness = wp.array(tie_stiffness(ply, numerics), dtype=wp.float64, device=device)
     load = Load(add_forces, count, [0, *inputs], PatchMemory, count)
-    rates = YarnRates(yarn_viscosity(fabric, numerics), recovery_rates(ply, numerics, time_step))
     return PlyYarns(ply, span, net, load, (measure, inputs), ties, rates)
 
 
