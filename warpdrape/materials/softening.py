@@ -71,13 +71,14 @@ def softening_entries(
     """Entries of ``summary.json``: the softening, and what it may have cost by the end.
 
     The strain owed to it, ε(1 − 1/s) less what has been recovered, is exact for linear yarns; yarns
-    that stiffen as they stretch owe less. What yarns store over what the plies do says how far they
+    that stiffen as they stretch owe less. Where they recover, the mean over the run counts if it is
+    larger. What yarns store over what the plies do says how far they
     are from inextensible.
 
     Args:
         softening: divisor s of the tensions [-].
         history: columns over the frames.
-        owed: the largest strain owed to it at the end [-].
+        owed: the largest strain owed to it [-].
     """
     internal = float(history["internal_j"][-1])
     return {
