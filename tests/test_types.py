@@ -11,7 +11,7 @@ SCENE = Path(__file__).parent / "typed_scene.py"
 ROOMS = (
     *("results", "report", "exports", "coupons", "materials", "commands", "command_line", "checks"),
     *("unit_cell", "studies", "fishnet", "defects", "tools", "optimisation"),
-    *("calibration", "blanks", "verification", "dynamics", "forces"),
+    *("calibration", "blanks", "verification", "dynamics", "forces", "contact"),
 )
 """Rooms of the package that are clean too, beside its modules outside rooms and public names'."""
 SETTINGS = """

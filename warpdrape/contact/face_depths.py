@@ -52,10 +52,10 @@ class FaceDepths:
         thickness = [ply.fabric.thickness for ply in scene.plies]
         self._radius = 0.5 * float(max(sides)) + max(thickness)
         half = np.repeat(0.5 * np.array(thickness), [span.vertex_count for span in spans])
-        self._half = wp.array(half, dtype=wp.float64, device=device)
+        self._half: wp.array = wp.array(half, dtype=wp.float64, device=device)
         corners, weights = _places(scene, spans)
-        self._corners = wp.array(corners, dtype=wp.vec3i, device=device)
-        self._weights = wp.array(weights, dtype=wp.vec3d, device=device)
+        self._corners: wp.array = wp.array(corners, dtype=wp.vec3i, device=device)
+        self._weights: wp.array = wp.array(weights, dtype=wp.vec3d, device=device)
         slots = len(scene.tools) * self._vertices
         self._planes = wp.zeros(slots, dtype=ToolPlane, device=device)
         self._turns = wp.zeros(slots, dtype=wp.int32, device=device)

@@ -103,7 +103,7 @@ class _Sought:
         points = np.unique(along(tool.vertices[tool.surface.mesh.edges_unique], spacing), axis=0)
         self._low, self._high = points.min(axis=0), points.max(axis=0)
         self._mesh = _mesh(tool.vertices, tool.triangles, device, solid=True)
-        self._points = wp.array(points, dtype=wp.vec3f, device=device)
+        self._points: wp.array = wp.array(points, dtype=wp.vec3f, device=device)
         self._depth = wp.zeros(len(points), dtype=wp.float32, device=device)
         self._facet = wp.zeros(len(points), dtype=wp.int32, device=device)
 

@@ -60,7 +60,8 @@ def vertex_shapes(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
         np.bincount(corners, weights=np.tile(part, 3), minlength=count)
         for part in (_length(cross) / 6.0, *cross)
     )
-    return np.stack(normals / _length(normals), axis=1), areas
+    length = _length(normals)
+    return np.stack([normal / length for normal in normals], axis=1), areas
 
 
 def _length(vector: Sequence[np.ndarray]) -> np.ndarray:

@@ -21,8 +21,9 @@ from warpdrape.contact import (
     tool_contact,
     tool_features,
 )
-from warpdrape.contact.compaction import build_pads, too_hard
+from warpdrape.contact.compaction import Pads, build_pads, too_hard
 from warpdrape.contact.features import has_features
+from warpdrape.contact.ply_surfaces import PlySurfaces
 from warpdrape.forces import (
     bending,
     bending_curve,
@@ -66,6 +67,23 @@ class MembraneModule(Protocol):
         """Stiffness along the yarns and of shear [N/m], for selective mass scaling."""
 
 
+class ContactModule(Protocol):
+    """A module of a contact that searches the plies' surfaces."""
+
+    def build(
+        self,
+        scene: Setup,
+        spans: tuple[Span, ...],
+        timing: Timing,
+        mass: wp.array,
+        surfaces: PlySurfaces,
+        pads: Pads,
+        device: str,
+        /,
+    ) -> Interaction | None:
+        """The contact, ready on a device; None where nothing in the scene meets so."""
+
+
 MEMBRANES: Mapping[str, MembraneModule] = {
     "semi_discrete": membrane,
     "green_naghdi": green_naghdi,
@@ -77,9 +95,9 @@ MEMBRANES: Mapping[str, MembraneModule] = {
 alone. Its elements say how parts on several threads share out a ply."""
 FORCES: tuple[ForceModule, ...] = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces."""
-CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
-"""Modules of contacts: ``build``. After them come `heat` and `press_through`, which take up what
-they pass."""
+CONTACTS: tuple[ContactModule, ...] = (ply_contact, self_contact, edge_contact, tool_features)
+"""Modules of contacts that search the plies' surfaces. After them comes `tool_contact`, which
+searches the tools', then `heat` and `press_through`, which take up what they pass."""
 
 
 def membrane_of(scene: Setup) -> MembraneModule:
@@ -114,14 +132,15 @@ def build_contacts(
         mass: vertex masses [kg], shape [vertex].
         device: Warp device.
     """
-    surfaces = None
+    pads = build_pads(scene, spans, timing, mass, device)
+    built: list[Interaction | None] = []
     others = len(scene.plies) > 1 or has_features(scene)
     if others or any(map(scene.touches_itself, scene.plies)):
         surfaces = ply_surfaces.build(scene, spans, timing, device, shapes=others)
-    pads = build_pads(scene, spans, timing, mass, device)
-    needed = (scene, spans, timing, mass, surfaces, pads, device)
-    built = [contact.build(*needed) for contact in CONTACTS]
-    found = [thing for thing in (surfaces, *built) if thing is not None]
+        needed = (scene, spans, timing, mass, surfaces, pads, device)
+        built += [surfaces, *(contact.build(*needed) for contact in CONTACTS)]
+    built.append(tool_contact.build(scene, timing, mass, pads, device))
+    found = [thing for thing in built if thing is not None]
     after = (heat.build(scene, found, device), press_through.build(scene))
     return (*found, *(thing for thing in after if thing is not None))
 
