@@ -11,17 +11,17 @@ from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.over_time import never_negative
 from warpdrape.wording import brief
 
-_LONG_STEPS = {"contact_share": 0.1, "search_slide": 1e-4}
+_SOFTENED = {"yarn_softening": 100.0, "yarn_recovery": 0.1, "search_slide": 1e-4}
 ACCURACIES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "draft": {"yarn_softening": 100.0, "yarn_recovery": 0.1} | _LONG_STEPS,
-        "standard": {"yarn_softening": 100.0, "yarn_recovery": 0.1} | _LONG_STEPS,
+        "draft": {**_SOFTENED, "contact_share": 0.1},
+        "standard": {**_SOFTENED, "contact_share": 0.15},
         "reference": {},
     }
 )
 """Accuracies by name: what each changes of a `Numerics`, chosen by errors measured against a
 converged run (docs/performance.md). Softer yarns make steps longer; contacts soften with the
-square of the step, and the larger share, at 13 % of the step, makes up for some of it."""
+square of the step, and the larger share, at 15 % of the step, makes up for some of it."""
 START_TOLERANCE = 0.01
 """Share of the ply thickness by which things may overlap at the start [-]."""
 
