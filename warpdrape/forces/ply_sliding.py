@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -190,6 +191,6 @@ def _stiffest(ply: Ply, chains: YarnChains, numerics: Numerics) -> np.ndarray:
 
 
 @functools.cache
-def _couples(shear, shear_energy, Tension, Shear) -> tuple:
+def _couples(shear: Callable, shear_energy: Callable, Tension: type, Shear: type) -> tuple:
     """Kernels of quadrants that have couples alone."""
     return make_yarn_membrane(*make_no_tension(Tension), shear, shear_energy, Tension, Shear)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,7 +98,7 @@ def kernels_of(ply: Ply) -> ChainKernels:
 
 
 @functools.cache
-def _made(tension, tension_energy, Tension) -> ChainKernels:
+def _made(tension: Callable, tension_energy: Callable, Tension: type) -> ChainKernels:
     press = make_no_press(Tension)
     if Tension is LinearStruct:
         loads, energy = make_lone_loads(linear_own_loads, linear_own_energy, Tension)
