@@ -247,10 +247,10 @@ def test_waves_are_as_high_and_long_whichever_way_they_run():
     smoothing = Smoothing(search(cells=60).mesh, 0.08)
     points = np.asarray(smoothing.mesh.vertices)
     middle = (np.abs(points) < 0.05).all(axis=1)
-    none = np.zeros((len(points), 3))
+    none = np.zeros((len(points), 1, 3))
     for angle in (0.0, 40.0, 90.0):
         wave = waves(points, 0.04, angle)
-        found = find_waves(smoothing, wave, none)
+        found = find_waves(smoothing, wave[:, None], none).of(0)
         number = found.wave_number[middle]
         assert number.mean() == pytest.approx(2.0 * np.pi / 0.04, rel=0.02)
         height = np.hypot(wave, found.slope / found.wave_number)[middle]
