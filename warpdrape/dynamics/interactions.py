@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -21,32 +22,22 @@ from warpdrape.contact import (
 )
 from warpdrape.contact.compaction import build_pads, too_hard
 from warpdrape.contact.features import has_features
-from warpdrape.forces import (
-    bending,
-    bending_curve,
-    fibre_frame,
-    green_naghdi,
-    matrix,
-    membrane,
-    pressure,
-    sliding_yarns,
-    springs,
-    yarns,
-)
+from warpdrape.forces import bending, bending_curve, matrix, pressure, springs
 from warpdrape.interaction import Interaction, Span
 from warpdrape.setup import Setup
 from warpdrape.timing import Timing
 
 MEMBRANES = {
-    "semi_discrete": membrane,
-    "green_naghdi": green_naghdi,
-    "fibre_frame": fibre_frame,
-    "yarns": yarns,
-    SLIDING_YARNS: sliding_yarns,
+    "semi_discrete": "membrane",
+    "green_naghdi": "green_naghdi",
+    "fibre_frame": "fibre_frame",
+    "yarns": "yarns",
+    SLIDING_YARNS: "sliding_yarns",
 }
-"""The force of the plies' membranes by the scene's approach: ``build``, ``frequencies``, the bound
-on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass scaling, which scales it
-alone. Its elements say how parts on several threads share out a ply."""
+"""Modules of `warpdrape.forces` with the plies' membranes by the scene's approach: ``build``,
+``frequencies``, the bound on ω² of a ply's triangles, and ``sheet_stiffness``, for selective mass
+scaling, which scales it alone. Its elements say how parts on several threads share out a ply.
+Imported when needed: a run starts sooner."""
 FORCES = (bending, bending_curve, matrix, pressure, springs)
 """Modules of the other forces: ``build`` and ``frequencies``."""
 CONTACTS = (ply_contact, self_contact, edge_contact, tool_features, tool_contact)
@@ -56,7 +47,7 @@ they pass."""
 
 def membrane_of(scene: Setup) -> ModuleType:
     """The module of the plies' membranes."""
-    return MEMBRANES[scene.approach]
+    return import_module(f"warpdrape.forces.{MEMBRANES[scene.approach]}")
 
 
 def forces_of(scene: Setup) -> tuple[ModuleType, ...]:
@@ -71,7 +62,9 @@ def step_share(scene: Setup) -> float:
         InputError: if they leave no stable step.
     """
     contacts = law.step_share(scene)
-    return contacts + sliding_yarns.slides_share(scene, contacts)
+    if scene.approach != SLIDING_YARNS:
+        return contacts
+    return contacts + membrane_of(scene).slides_share(scene, contacts)
 
 
 def build_contacts(
