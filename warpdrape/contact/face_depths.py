@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.tool_surfaces import tool_surfaces
+from warpdrape.distinct import distinct_rows
 from warpdrape.interaction import Run, Span, Swept
 from warpdrape.kernels.contact.face_depths import (
     Look,
@@ -103,7 +104,7 @@ def _places(scene: Setup, spans: Sequence[Span]) -> tuple[np.ndarray, np.ndarray
         every = np.repeat(triangles, len(BETWEEN), axis=0)
         share = np.tile(BETWEEN, (len(triangles), 1))
         points = np.einsum("nk,nkd->nd", share, np.asarray(ply.rest_points)[every])
-        _, first = np.unique(np.round(points, 12), axis=0, return_index=True)
+        first, _ = distinct_rows(np.round(points, 12))
         corners.append(every[first] + span.first_vertex)
         weights.append(share[first])
     return np.concatenate(corners), np.concatenate(weights)
