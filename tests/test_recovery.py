@@ -34,7 +34,7 @@ from warpdrape.setup import Clamp
 
 SHEAR = ShearPolynomial((0.37044e-3, -0.84105e-3, 1.03113e-3))
 CLOTH = fabric(LinearTension(46e3, 48e3), SHEAR)
-SOFT = Numerics(yarn_softening=20.0, yarn_recovery=0.1, yarn_viscosity=0.0)
+SOFT = Numerics(yarn_softening=20.0, yarn_recovery=0.4, yarn_viscosity=0.0)
 STEP = 1e-6
 NUMERICS = hemisphere.build(cells=4).numerics
 
@@ -60,9 +60,9 @@ def held(pairs, steps, numerics=SOFT):
 def test_tension_is_taken_up_at_its_rate(steps):
     """dR/dt = g T_s − g/(s − 1) R at rest, step by step: (s − 1) T_s (1 − (1 − b)ⁿ)."""
     ply, _, _, recovered, softened = held(5, steps)
-    slowest = 0.8 * lowest_frequency(ply, SOFT, STEP) * STEP
+    slowest = SLOWER * lowest_frequency(ply, SOFT, STEP) * STEP
     assert slowest < 0.2
-    share = 0.1 * slowest / 19.0
+    share = 0.4 * slowest / 19.0
     expected = 19.0 * softened * (1.0 - (1.0 - share) ** steps)
     assert np.abs(expected).max() > 0.0
     np.testing.assert_allclose(recovered["tension"], expected, rtol=1e-9)
@@ -147,9 +147,9 @@ def test_what_swings_along_the_yarns_dies_away():
 
     What is left in the balance falls with the step: recovery's work is a step old when it is read.
     """
-    for mode, most in ((1, 0.8), (3, 0.6)):
-        kinetic, unbalanced = swing(mode)
-        assert kinetic[-1] < most * kinetic[0]
+    for mode, most in ((1, 0.5), (3, 0.5)):
+        kinetic, unbalanced = swing(mode, periods=12)
+        assert kinetic[-6:].max() < most * kinetic[:6].max()
         assert abs(unbalanced) < 0.02
     fed, unbalanced = swing(3, guarded=False)
     assert fed[-1] > 2.0 * fed[0]
@@ -174,7 +174,7 @@ def pulled(**numerics):
 
 def test_a_strip_held_for_long_carries_the_fabric_s_tension():
     true, soft = pulled(), pulled(yarn_softening=10.0)
-    recovered = pulled(yarn_softening=10.0, yarn_recovery=0.2)
+    recovered = pulled(yarn_softening=10.0, yarn_recovery=0.4)
     tension = [r.plies[0].line_tension[:, 0].mean() for r in (true, soft, recovered)]
     assert tension[1] < 0.11 * tension[0]
     assert tension[2] == pytest.approx(tension[0], rel=0.01)
@@ -210,11 +210,11 @@ def test_added_mass_makes_it_slower():
     heavier = laden.mass.sum() / light.mass.sum()
     assert heavier > 10.0
     one, other = (lowest_frequency(ply, n, 4e-5) for n in (bare, heavy))
-    # Shear has its share of the step; ω is slower by more than that.
-    assert 1.0 <= other / one * math.sqrt(heavier) < 1.0 / SLOWER
+    # Shear has its share of the step; ω is slower by far more than that.
+    assert 1.0 <= other / one * math.sqrt(heavier) < 1.25
     assert guard_stiffness(ply, bare) == guard_stiffness(ply, heavy)
     softened = tension_stiffness(soften(ply.fabric, 20.0))
-    assert guard_stiffness(ply, bare) == pytest.approx([0.2 * k for k in softened])
+    assert guard_stiffness(ply, bare) == pytest.approx([0.8 * k for k in softened])
 
 
 def growth(rates, stiffness, swing, viscosity):
@@ -264,3 +264,14 @@ def test_recovery_is_refused_where_it_makes_no_sense():
     advised = replace(NUMERICS, yarn_recovery=0.0, yarn_softening=36.0)
     scene = replace(hemisphere.build(cells=4), numerics=advised)
     assert replace(scene, approach="fibre_frame").run(frames=1).completed
+
+
+def test_what_recovery_moves_is_told_and_the_advice_stills_it():
+    """A blank of four cells, hardly pushed in: its yarns lie flat, and swing slowly."""
+    light = hemisphere.build(cells=4, travel=0.01, duration=0.1)
+    (words,) = [w for w in light.run(frames=10).summary["warnings"] if "softened" in w]
+    assert "as they recovered" in words and "set yarn_recovery = 0" in words
+    still = replace(light, numerics=replace(light.numerics, yarn_recovery=0.0)).run(frames=10)
+    exact = hemisphere.build(cells=4, travel=0.01, accuracy="reference").run(frames=10)
+    for advised in (still, exact):
+        assert advised.summary["quasi_static"] and advised.summary["warnings"] == []

@@ -11,7 +11,7 @@ from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.over_time import never_negative
 from warpdrape.wording import brief
 
-_SOFTENED = {"yarn_softening": 100.0, "yarn_recovery": 0.1, "search_slide": 1e-4}
+_SOFTENED = {"yarn_softening": 100.0, "yarn_recovery": 0.4, "search_slide": 1e-4}
 ACCURACIES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "draft": {**_SOFTENED, "contact_share": 0.1},

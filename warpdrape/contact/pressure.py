@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from warpdrape.blanks.triangles import cross, dot, two_sides
@@ -59,9 +57,9 @@ def vertex_shapes(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
         np.bincount(corners, weights=np.tile(part, 3), minlength=count)
         for part in (_length(normal) / 6.0, *normal)
     )
-    length = _length(normals)
+    length = _length(np.stack(normals))
     return np.stack([normal / length for normal in normals], axis=1), areas
 
 
-def _length(vector: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+def _length(vector: np.ndarray) -> np.ndarray:
     return np.sqrt(dot(vector, vector))

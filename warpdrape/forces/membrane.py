@@ -36,7 +36,12 @@ from warpdrape.materials.law_data import (
     tension_struct,
 )
 from warpdrape.materials.laws import IsotropicMembrane, MooneyRivlin, Unwoven
-from warpdrape.materials.softening import soften, softening_entries, softening_warnings
+from warpdrape.materials.softening import (
+    recovery_warnings,
+    soften,
+    softening_entries,
+    softening_warnings,
+)
 from warpdrape.numerics import Numerics
 from warpdrape.setup import Setup
 
@@ -253,7 +258,7 @@ def summary_of_softening(
         strain = max((float(of_ply["strain"].max()) for of_ply in fields), default=0.0)
         owed = max(strain, 0.0) * (1.0 - 1.0 / softening)
     found = softening_entries(softening, history, owed)
-    return found, softening_warnings(found)
+    return found, softening_warnings(found) + recovery_warnings(history)
 
 
 def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Membranes:

@@ -22,8 +22,9 @@ from warpdrape.materials.laws import Unwoven
 from warpdrape.materials.softening import soften
 from warpdrape.numerics import Numerics
 
-SLOWER = 0.8
-"""ω over that frequency [-]: what swings at ω itself is neither damped nor fed."""
+SLOWER = 0.2
+"""ω over that frequency [-]: what swings at ω itself is neither damped nor fed. Yarns that are
+pushed askew, as early in a stroke, swing as much slower as they lie flat."""
 MOST_OF_A_STEP = 0.2
 """ω Δt at most [-]: of a few large triangles the slowest is nearly the fastest. With both, no step
 up to the stable one lets anything grow (tests/test_recovery.py)."""

@@ -21,6 +21,9 @@ from warpdrape.materials.laws import CrimpInterchange, LinearTension, TabulatedT
 
 STRAIN_WARNING = 2e-3
 """Strain owed to softening above which a run warns [-]."""
+TINY = 1e-300
+RECOVERY_WARNING = 0.2
+"""Energy that recovery may give over the work from outside before a run warns [-]."""
 
 
 def soften(fabric: Fabric, softening: float) -> Fabric:
@@ -86,6 +89,24 @@ def softening_entries(
         "softening_strain": owed,
         "yarn_energy_ratio": float(history["yarn_j"][-1]) / internal if internal > 0.0 else 0.0,
     }
+
+
+def recovery_warnings(history: Mapping[str, np.ndarray]) -> list[str]:
+    """Warn where what softened yarns recovered moved the plies: they keep swinging then.
+
+    Args:
+        history: columns over the frames.
+    """
+    if "recovery_j" not in history:
+        return []
+    given, work = -float(history["recovery_j"][-1]), float(history["external_work_j"][-1])
+    if given <= RECOVERY_WARNING * abs(work):
+        return []
+    return [
+        f"softened yarns gave {100 * given / max(abs(work), TINY):.2g} % of the work done as they "
+        "recovered their tension, and keep lightly loaded plies swinging by it: set "
+        "yarn_recovery = 0 (in press scenes take accuracy = reference)"
+    ]
 
 
 def softening_warnings(entries: Mapping[str, float]) -> list[str]:
