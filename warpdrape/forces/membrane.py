@@ -252,12 +252,8 @@ def summary_of_softening(
         history: columns over the frames.
         fields: of the woven plies.
     """
-    if "softening_strain" in history:  # recovered by the end, it has counted before
-        owed = float(max(history["softening_strain"][-1], history["softening_strain"].mean()))
-    else:
-        strain = max((float(of_ply["strain"].max()) for of_ply in fields), default=0.0)
-        owed = max(strain, 0.0) * (1.0 - 1.0 / softening)
-    found = softening_entries(softening, history, owed)
+    strain = max((float(of_ply["strain"].max()) for of_ply in fields), default=0.0)
+    found = softening_entries(softening, history, strain)
     return found, softening_warnings(found) + recovery_warnings(history)
 
 

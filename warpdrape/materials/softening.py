@@ -69,26 +69,31 @@ def _divide(law: TensionLaw, softening: float) -> TensionLaw:
 
 
 def softening_entries(
-    softening: float, history: Mapping[str, np.ndarray], owed: float
+    softening: float, history: Mapping[str, np.ndarray], strain: float
 ) -> dict[str, float]:
     """Entries of ``summary.json``: the softening, and what it may have cost by the end.
 
-    The strain owed to it, ε(1 − 1/s) less what has been recovered, is exact for linear yarns; yarns
-    that stiffen as they stretch owe less. Where they recover, the mean over the run counts if it is
-    larger. What yarns store over what the plies do says how far they
-    are from inextensible.
+    The strain owed to it, ε(1 − 1/s), is exact for linear yarns; yarns that stiffen as they stretch
+    owe less. Where they recover the history has what is still owed, and its mean over the run tells
+    what was owed on the way. What yarns store over what the plies do says how far they are from
+    inextensible.
 
     Args:
         softening: divisor s of the tensions [-].
         history: columns over the frames.
-        owed: the largest strain owed to it [-].
+        strain: the largest yarn strain at the end [-].
     """
     internal = float(history["internal_j"][-1])
-    return {
+    entries = {
         "yarn_softening": float(softening),
-        "softening_strain": owed,
+        "softening_strain": max(strain, 0.0) * (1.0 - 1.0 / softening),
         "yarn_energy_ratio": float(history["yarn_j"][-1]) / internal if internal > 0.0 else 0.0,
     }
+    if "softening_strain" in history:
+        owed = history["softening_strain"]
+        entries["softening_strain"] = float(owed[-1])
+        entries["mean_softening_strain"] = float(np.mean(owed))
+    return entries
 
 
 def recovery_warnings(history: Mapping[str, np.ndarray]) -> list[str]:

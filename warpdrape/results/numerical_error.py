@@ -49,7 +49,8 @@ def numerical_error(summary: Mapping[str, Any], plies: Sequence[Ply]) -> dict[st
     if any(ply.fabric.matrix is not None for ply in plies):
         return {"not_known": "it was measured on dry plies, and a matrix is in these"}
     length = max(longest_yarn(ply) for ply in plies)
-    strain, kinetic = summary.get("softening_strain", 0.0), summary["kinetic_ratio_loaded"]
+    owed = (summary.get(f"{name}softening_strain", 0.0) for name in ("", "mean_"))
+    strain, kinetic = max(owed), summary["kinetic_ratio_loaded"]
     depth = summary["max_penetration_m"]
     parts = {
         "softer_yarns": (SOFTENING_SHEAR * strain, SOFTENING_DRAW_IN * strain * length),
