@@ -4,14 +4,19 @@ The shape is that of the international benchmark. Its drawing could not be read 
 defaults are this project's own and every dimension is a parameter: give the printed ones.
 """
 
+from dataclasses import replace
+
 from warpdrape import InputError, Scene
 from warpdrape.scenes.pressed_shape import Press, pressed, shape_scene
 from warpdrape.tools.plan import waist_radius, waisted
 from warpdrape.tools.shaped import double_dome, double_dome_cavity
 from warpdrape.units import mm
 
+TRAVEL = 62 * mm
+"""Of the punch, where none is given and the stack is not too thick for it [m]."""
 
-@pressed(travel=62 * mm, blank_length=400 * mm, blank_width=270 * mm, cells=40)
+
+@pressed(travel=None, blank_length=400 * mm, blank_width=270 * mm, cells=40)
 def build(
     *,
     dome_radius: float = 50 * mm,
@@ -36,7 +41,9 @@ def build(
     waist_radius(dome_radius, dome_distance, waist)  # refuses what cannot be, in these words
     gap = press.room(clearance)
     least = dome_radius + edge_radius + press.thickness
-    if press.travel < least * (1.0 - 1e-9):
+    if press.travel is None:
+        press = replace(press, travel=max(TRAVEL, least))
+    elif press.travel < least * (1.0 - 1e-9):
         raise InputError(
             f"travel = {press.travel:.4g} m must be at least {least:.4g} m: the domes' radius, "
             "that of the die's edge, and the plies"

@@ -20,7 +20,7 @@ from warpdrape import (
     lay_up,
     stack_top,
 )
-from warpdrape.approaches import SLIDING_YARNS
+from warpdrape.approaches import RECOVERING, SLIDING_YARNS
 from warpdrape.errors import one_of
 from warpdrape.materials.law_data import taut_stiffness
 from warpdrape.materials.laws import Unwoven
@@ -42,8 +42,8 @@ FORCE_RAMP = 0.05
 REFERENCE, STANDARD = "reference", "standard"
 """Names of accuracies; the second is what ``fast`` stands for."""
 ACCURACY = STANDARD
-"""The accuracy where none is asked for: most shapes of one ply are within 0.3° and 0.3 mm of a
-converged run with it, a square box within 0.7° (docs/performance.md)."""
+"""The accuracy where none is asked for: shapes of one ply are within 0.1° and 0.1 mm of a converged
+run with it (docs/performance.md)."""
 DURATIONS = {"draft": 0.04, "standard": 0.08, "reference": 0.16}
 """Time of a stroke by accuracy, where none is given [s]."""
 BRAKE = 0.85
@@ -52,6 +52,8 @@ the end of it."""
 SOFTEST = 3.4e5
 """Stiffness that yarns keep, however an accuracy softens them [N/m]: those of `carbon_interlock`
 over 100 keep more. Beyond that they would stretch by some tenths of a per cent."""
+UNRECOVERED = {"draft": 100.0, "standard": 36.0, "reference": 1.0}
+"""How far an accuracy softens yarns at most where these do not recover their tension [-]."""
 SLIDING_SOFTENING = 9.0
 """How far an accuracy softens yarns that slide at most [-]: what they stretch they do not slide."""
 
@@ -171,10 +173,15 @@ def press_numerics(parameters: Mapping[str, Any], plies: Sequence[Ply]) -> Numer
     if softening > 1.0:
         share = max(share, numerics.contact_share)
         softening = min(softening, *map(most_softening, plies))
+    recovery = numerics.yarn_recovery if softening > 1.0 else 0.0
+    if parameters["approach"] not in RECOVERING:
+        recovery = 0.0
+        softening = min(softening, UNRECOVERED[accuracy_of(parameters)])
     if parameters["approach"] == SLIDING_YARNS:
         softening = min(softening, SLIDING_SOFTENING)
     return replace(
         numerics,
+        yarn_recovery=recovery,
         yarn_softening=softening,
         contact_share=share,
         contact=parameters["contact"],

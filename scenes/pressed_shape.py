@@ -34,7 +34,7 @@ class Press:
         blank_length: of the blanks along x [m].
         blank_width: of the blanks along y [m].
         cells: squares of four triangles along x.
-        travel: punch travel from where it touches the plies [m].
+        travel: punch travel from where it touches the plies; none for the scene's own [m].
         duration: of the stroke; none for that of the accuracy: 40, 80 or 160 ms [s].
         brake: share of the stroke in which the punch slows down, below 1 [-].
         kinetic_limit: kinetic over internal energy above which tools go slower, 0 for none [-].
@@ -59,7 +59,7 @@ class Press:
     blank_length: float = 300 * mm
     blank_width: float = 300 * mm
     cells: int = 30
-    travel: float
+    travel: float | None
     duration: float | None = None
     brake: float = BRAKE
     kinetic_limit: float = 0.0
@@ -94,10 +94,10 @@ class Press:
         return len(self.angles_deg) * self.cloth.thickness
 
     def __post_init__(self) -> None:
-        for name in ("travel", "blank_length", "blank_width"):
+        for name in ("blank_length", "blank_width"):
             length(name, getattr(self, name))
         largest = max(self.blank_length, self.blank_width)
-        if self.travel > largest:
+        if self.travel is not None and length("travel", self.travel) > largest:
             raise InputError(
                 f"travel = {self.travel:.4g} m must not exceed the blank's {largest:.4g} m: give "
                 "metres, as in 75 * mm"
@@ -152,7 +152,8 @@ def pressed(**defaults: Any) -> Callable[[Callable[..., Scene]], Callable[..., S
     """Give a scene's ``build`` the parameters of `Press` in place of its own ``press``.
 
     Args:
-        defaults: of this shape, where they are not those of `Press`.
+        defaults: of this shape, where they are not those of `Press`; a travel of None where it
+            hangs on the stack.
     """
     described = inspect.getdoc(Press).partition("Attributes:\n")[2]
 
@@ -168,6 +169,8 @@ def pressed(**defaults: Any) -> Callable[[Callable[..., Scene]], Callable[..., S
             call.apply_defaults()
             values = dict(call.arguments)
             dimensions = {p.name: values[p.name] for p in shape}
+            if values["travel"] is None:
+                values["travel"] = defaults["travel"]
             press = Press(**{p.name: values[p.name] for p in shared})
             return build(**dimensions, press=press)
 

@@ -10,7 +10,7 @@ from warpdrape.blanks.meshing import squares
 from warpdrape.coupons.coupon import Curve, check_woven, coupon_files, steady_pull
 from warpdrape.coupons.pull_out import PullOut
 from warpdrape.errors import InputError, one_of, positive
-from warpdrape.forces.sliding_chains import check_card, is_coupled
+from warpdrape.forces.sliding_chains import crossover_of, is_coupled
 from warpdrape.materials.fabric_library import with_bending
 from warpdrape.results.quasi_static import calm_from
 
@@ -54,7 +54,7 @@ def build(
         )
     cloth = _cloth(fabric, slip_force, stiffness)
     ply = Ply(name="ply_0", fabric=cloth, mesh=_mesh(length, edge, sides))
-    check_card(ply)
+    crossover_of(ply)  # refuses a card without
     if is_coupled(ply):
         raise InputError(
             f"the closed form of a pull-out is for yarns whose tension depends on their own strain,"

@@ -86,7 +86,7 @@ def whole(ply):
 
 
 def membrane_of(ply, device="cpu", **numerics):
-    return build_membrane(ply, Numerics(**numerics), whole(ply), device)
+    return build_membrane(ply, Numerics(**numerics), whole(ply), 1e-6, device)
 
 
 def forces(membrane, x, device="cpu"):

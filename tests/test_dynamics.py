@@ -1,6 +1,7 @@
 """Time integration: exact and closed solutions, its order, its stable step, its energy."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from warpdrape.dynamics.model import build_model, initial_state
 from warpdrape.dynamics.stepping import Stepper
 from warpdrape.dynamics.time_step import lump_masses
 from warpdrape.errors import InputError
+from warpdrape.interaction import bodies_of
+from warpdrape.materials.bending import Bending
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial
 from warpdrape.numerics import Numerics
 from warpdrape.scene import Scene
@@ -288,3 +291,40 @@ def test_a_clamp_must_begin_where_its_vertices_lie():
     scene = Scene(name="jump", plies=[ply], clamps=[clamp], duration=0.01)
     with pytest.raises(InputError, match="'grip' does not begin where its vertices lie"):
         scene.run()
+
+
+def test_heat_and_pressing_are_asked_for_only_where_there_are_any():
+    ply = Ply.rectangle("ply", ELASTIC, 0.02, cells=2)
+    bodies = bodies_of(
+        initial_state(build_model(Scene(name="cold", plies=[ply], duration=0.01), "cpu", 1))
+    )
+    with pytest.raises(LookupError, match="no ply of this scene cools"):
+        _ = bodies.cooling
+    with pytest.raises(LookupError, match="nothing in this scene asks"):
+        _ = bodies.pressed
+    heat, pressing = object(), object()
+    warm = bodies._replace(heat=heat, pressing=pressing)
+    assert warm.cooling is heat and warm.pressed is pressing
+
+
+@pytest.mark.parametrize(
+    ("plies", "bending", "tool", "names"),
+    [
+        (1, None, None, []),
+        (1, None, "dome", ["tool contact"]),
+        (1, None, "pin", ["ply surfaces", "tool features", "tool contact"]),
+        (1, Bending(warp=2e-4, weft=3e-4), None, ["ply surfaces", "self-contact", "edge contact"]),
+        (2, None, None, ["ply surfaces", "ply contact", "edge contact"]),
+    ],
+)
+def test_contacts_come_with_the_surfaces_that_they_search(plies, bending, tool, names):
+    cloth = replace(ELASTIC, bending=bending)
+    stack = lay_up([Ply.rectangle(f"ply_{k}", cloth, 0.02, cells=4) for k in range(plies)])
+    tools = {
+        None: [],
+        "dome": [Tool.sphere("dome", radius=0.2)],
+        "pin": [Tool.sphere("pin", radius=1e-3)],
+    }[tool]
+    tools = [each.moved((0.0, 0.0, -0.5)) for each in tools]
+    model = build_model(Scene(name="meet", plies=stack, tools=tools, duration=0.01), "cpu", 1)
+    assert [contact.name for contact in model.contacts] == names

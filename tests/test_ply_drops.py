@@ -35,7 +35,8 @@ def formed(plies, clamped, duration=0.035):
         tools=[punch],
         clamps=[Clamp(name=f"rim_{name}", ply=name, where=at_rim) for name in clamped],
         duration=duration,
-        numerics=Numerics.for_accuracy("draft"),
+        # Soft to the end: yarns of the fabric's stiffness would not let a ball in between clamps.
+        numerics=Numerics.for_accuracy("draft", yarn_recovery=0.0),
     )
     return scene.run(frames=6)
 

@@ -175,14 +175,14 @@ def test_a_dry_fabric_has_nothing_of_it(tmp_path):
     assert result.plies[0].temperature is None
 
 
-def test_a_faster_press_needs_more_force_and_shears_less():
+def test_a_faster_press_needs_more_force_and_shears_more_where_it_shears_most():
     slow, fast = (coarse(closing_time=t, tool_celsius=0.0).run(frames=12) for t in (20.0, 0.5))
     force = [max(r.history["punch_force_n"]) for r in (slow, fast)]
     assert force[1] > 1.5 * force[0] > 10.0
-    # A melt that thins with rate shears where it shears already; locking spreads it.
+    # A melt that thins with rate shears where it shears already: 1.7° at full stiffness.
     spread = [r.summary["plies"][0]["mean_abs_shear_deg"] for r in (slow, fast)]
     peaks = [r.summary["plies"][0]["p95_shear_deg"] for r in (slow, fast)]
-    assert spread[1] < spread[0] - 0.05 and peaks[1] > peaks[0] + 0.1
+    assert spread[1] == pytest.approx(spread[0], abs=0.3) and peaks[1] > peaks[0] + 0.8
     for result in (slow, fast):
         assert result.completed and result.summary["energy_error"] < 0.02
         assert result.history["ply_0_max_shear_deg"][-1] > 20.0

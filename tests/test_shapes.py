@@ -132,6 +132,21 @@ def test_presses_that_cannot_be_are_refused(module, given, message):
         module.build(**given)
 
 
+@pytest.mark.parametrize("plies", [1, 4, 8])
+@pytest.mark.parametrize("name", SHAPES)
+def test_every_shape_takes_a_stack_as_it_comes(name, plies):
+    """The double dome's own travel is longer where the stack asks for it, as one given must be."""
+    build, stack = SHAPES[name].build, "/".join(["0"] * plies)
+    scene = build(layup=stack, cells=4)
+    assert build(layup=stack, cells=4, travel=None).parameters == scene.parameters
+    usual = build(cells=4).parameters["travel"]
+    thick = name == "double_dome" and plies > 3
+    assert (scene.parameters["travel"] > usual) == thick
+    if thick:
+        with pytest.raises(InputError, match=r"travel = 0\.062 m must be at least"):
+            build(layup=stack, cells=4, travel=0.062)
+
+
 def test_an_unknown_parameter_is_refused_as_python_does():
     with pytest.raises(TypeError, match="hight"):
         square_box.build(hight=0.1)

@@ -247,11 +247,29 @@ def test_waves_are_as_high_and_long_whichever_way_they_run():
     smoothing = Smoothing(search(cells=60).mesh, 0.08)
     points = np.asarray(smoothing.mesh.vertices)
     middle = (np.abs(points) < 0.05).all(axis=1)
-    none = np.zeros((len(points), 3))
+    none = np.zeros((len(points), 1, 3))
     for angle in (0.0, 40.0, 90.0):
         wave = waves(points, 0.04, angle)
-        found = find_waves(smoothing, wave, none)
+        found = find_waves(smoothing, wave[:, None], none).of(0)
         number = found.wave_number[middle]
         assert number.mean() == pytest.approx(2.0 * np.pi / 0.04, rel=0.02)
         height = np.hypot(wave, found.slope / found.wave_number)[middle]
         assert height == pytest.approx(1.0, abs=0.11)
+
+
+def test_fields_at_once_have_the_waves_that_each_has_alone():
+    """Each vertex can be given those of its own field."""
+    smoothing = Smoothing(search(cells=20).mesh, 0.08)
+    points = np.asarray(smoothing.mesh.vertices)
+    fields = np.column_stack([waves(points, 0.04, 20.0), 1e-3 * waves(points, 0.06, 70.0)])
+    curvature = smoothing.curvatures(fields)
+    both = find_waves(smoothing, fields, curvature)
+    own, other = (find_waves(smoothing, fields[:, [k]], curvature[:, [k]]).of(0) for k in range(2))
+    assert not np.allclose(own.wave_number, other.wave_number, rtol=0.1)
+    mine = np.arange(len(points)) % 2
+    picked, joined = both.of(mine), both.beside(both).of(2 + mine)
+    for name, alone in vars(own).items():
+        expected = np.where(mine == 0, alone.T, getattr(other, name).T).T
+        size = np.abs(alone).max()
+        assert getattr(picked, name) == pytest.approx(expected, rel=1e-9, abs=1e-12 * size)
+        assert (getattr(joined, name) == getattr(picked, name)).all()

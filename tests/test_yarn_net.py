@@ -18,9 +18,11 @@ from warpdrape.blanks.outlines import Disc, Polygon
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.yarn_net import lay_yarns
 from warpdrape.errors import InputError
+from warpdrape.forces.membrane import without_rates
 from warpdrape.forces.ply_net import net_of, yarns_per_bar
 from warpdrape.forces.yarns import build_ply_yarns, frequencies
 from warpdrape.interaction import Run
+from warpdrape.kernels.forces.recovery import Recovery
 from warpdrape.materials.fabric_library import load_fabric
 from warpdrape.materials.laws import LinearTension, ShearPolynomial, ShearTable
 from warpdrape.numerics import Numerics
@@ -41,16 +43,15 @@ class Led:
     """A ply's net by itself, without viscosity."""
 
     def __init__(self, ply, device="cpu", **numerics):
-        self.of = build_ply_yarns(
-            ply, Numerics(**{"yarn_viscosity": 0.0} | numerics), whole(ply), device
-        )
+        self.of = build_ply_yarns(ply, Numerics(**numerics), whole(ply), without_rates(), device)
         self.device, self.memory = device, self.of.start()
+        self.recovered = wp.empty(0, Recovery, device=device)
 
     def forces(self, x):
         at = wp.array(x, dtype=wp.vec3d, device=self.device)
         f = wp.zeros(len(x), dtype=wp.vec3d, device=self.device)
         quadrants, ties = Run(0, len(self.of.net.quadrants)), Run(0, len(self.of.net.carried))
-        for launch in self.of.launches(quadrants, ties, at, self.memory, f):
+        for launch in self.of.launches(quadrants, ties, at, self.memory, self.recovered, f):
             launch(self.device)
         return f.numpy()
 

@@ -27,6 +27,8 @@ APPROACHES = {
 
 Those of `warpdrape.simulation` differ by the force of the plies' membranes:
 `warpdrape.dynamics.interactions.MEMBRANES`."""
+RECOVERING = frozenset({SEMI_DISCRETE, "yarns", "fishnet"})
+"""Those whose softened yarns can recover their tension; a net knows no tension."""
 PAIRED = frozenset({SEMI_DISCRETE, "green_naghdi", "fibre_frame"})
 """Those whose triangles share yarn strains in pairs, which a stabiliser holds together."""
 

@@ -87,12 +87,12 @@ class Launch(NamedTuple):
     inputs: list
     outputs: list
 
-    def __call__(self, device: str) -> None:
+    def __call__(self, device: wp.DeviceLike) -> None:
         """Launch it."""
         wp.launch(self.kernel, self.count, inputs=self.inputs, outputs=self.outputs, device=device)
 
 
-def sweeping_threads(device: str, count: int) -> int:
+def sweeping_threads(device: wp.DeviceLike, count: int) -> int:
     """Threads that sweep over so many entries: one on the CPU, one for each entry on a card."""
     return 1 if wp.get_device(device).is_cpu else count
 
@@ -105,7 +105,7 @@ class Swept(NamedTuple):
     inputs: list
     outputs: list
 
-    def __call__(self, device: str) -> None:
+    def __call__(self, device: wp.DeviceLike) -> None:
         """Launch it."""
         sweep = Sweep()
         sweep.first, sweep.end = self.run.first, sum(self.run)
@@ -160,6 +160,28 @@ class Bodies(NamedTuple):
     step: wp.array
     heat: HeatState | None
     pressing: PressingState | None = None
+
+    @property
+    def cooling(self) -> HeatState:
+        """Heat, for what is there only where a ply cools.
+
+        Raises:
+            LookupError: if none does.
+        """
+        if self.heat is None:
+            raise LookupError("no ply of this scene cools: there is no heat to read")
+        return self.heat
+
+    @property
+    def pressed(self) -> PressingState:
+        """What contacts press with, for what is there only where something asks for it.
+
+        Raises:
+            LookupError: if nothing does.
+        """
+        if self.pressing is None:
+            raise LookupError("nothing in this scene asks how hard contacts press")
+        return self.pressing
 
 
 def bodies_of(state: State) -> Bodies:
@@ -219,15 +241,15 @@ def met_in_contact(measured: Sequence[Measured]) -> dict[str, list[dict[str, Any
 
 
 class Interaction(Protocol):
-    """A force or a contact, ready on a device.
+    """A force or a contact, ready on a device."""
 
-    Attributes:
-        name: as the profile of a run calls its steps.
-        searches: as it calls its searches, empty if it has none.
-    """
+    @property
+    def name(self) -> str:
+        """As the profile of a run calls its steps."""
 
-    name: str
-    searches: str
+    @property
+    def searches(self) -> str:
+        """As it calls its searches, empty if it has none."""
 
     def start(self) -> Any:
         """What it remembers, a record of arrays as it is at the start; None for nothing."""
@@ -249,3 +271,11 @@ class Force(Interaction, Protocol):
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[Mapping[str, float], list[str]]:
         """What it says of all plies, and warnings."""
+
+
+class MembraneForce(Force, Protocol):
+    """The force of the plies' membranes: most of a step's work, and shared out as it says."""
+
+    @property
+    def order(self) -> Sequence[np.ndarray]:
+        """Each ply's triangles in the order in which parts share them out."""

@@ -11,16 +11,17 @@ from warpdrape.errors import InputError, finite, one_of, positive
 from warpdrape.over_time import never_negative
 from warpdrape.wording import brief
 
+_SOFTENED = {"yarn_softening": 100.0, "yarn_recovery": 0.4, "search_slide": 1e-4}
 ACCURACIES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "draft": {"yarn_softening": 100.0, "contact_share": 0.1, "search_slide": 1e-4},
-        "standard": {"yarn_softening": 36.0, "contact_share": 0.1, "search_slide": 1e-4},
+        "draft": {**_SOFTENED, "contact_share": 0.1},
+        "standard": {**_SOFTENED, "contact_share": 0.15},
         "reference": {},
     }
 )
 """Accuracies by name: what each changes of a `Numerics`, chosen by errors measured against a
 converged run (docs/performance.md). Softer yarns make steps longer; contacts soften with the
-square of the step, and the larger share, at 13 % of the step, makes up for some of it."""
+square of the step, and the larger share, at 15 % of the step, makes up for some of it."""
 START_TOLERANCE = 0.01
 """Share of the ply thickness by which things may overlap at the start [-]."""
 
@@ -52,6 +53,9 @@ class Numerics:
         yarn_viscosity: tension per change of strain in a step, over the yarns' stiffness [-]; holds
             yarns still that rest where tension turns into compression.
         yarn_softening: divides the yarns' tensions, for a larger step; strains grow by it [-].
+        yarn_recovery: rate at which softened yarns recover the tension that this withholds, over
+            the lowest frequency at which a ply swings along its yarns [-]: loads that last stretch
+            them no more than the fabric's. 0 for never.
         graph: replay captured launches (the same results, faster).
     """
 
@@ -70,6 +74,7 @@ class Numerics:
     kinetic_limit: float | None = None
     yarn_viscosity: float = 0.067
     yarn_softening: float = 1.0
+    yarn_recovery: float = 0.0
     graph: bool = True
 
     __repr__ = brief
@@ -120,6 +125,11 @@ class Numerics:
         if not 1.0 <= finite("yarn_softening", self.yarn_softening):
             raise InputError(
                 f"yarn_softening = {self.yarn_softening} must be 1 or more: it divides tensions"
+            )
+        if positive("yarn_recovery", self.yarn_recovery, zero=True) > 0.5:
+            raise InputError(
+                f"yarn_recovery = {self.yarn_recovery} must not exceed 0.5: what damps it is twice "
+                "that share of the softened yarns' stiffness, and takes of the step"
             )
         if self.kinetic_limit is not None and positive("kinetic_limit", self.kinetic_limit) >= 1.0:
             raise InputError(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpdrape.approaches import APPROACHES, SEMI_DISCRETE, SLIDING_YARNS
+from warpdrape.approaches import APPROACHES, RECOVERING, SEMI_DISCRETE, SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
 from warpdrape.defects.alignment import WantedDirection
 from warpdrape.defects.limits import Limits
@@ -136,6 +136,11 @@ class Setup:
         vector("gravity", self.gravity)
         if not isinstance(self.numerics, Numerics):
             raise InputError(f"numerics = {said(self.numerics)} must be a warpdrape.Numerics")
+        if self.numerics.yarn_recovery > 0.0 and self.approach not in RECOVERING:
+            raise InputError(
+                f"approach = {self.approach!r} does not know yarn_recovery: set it to 0 in the "
+                "numerics, and yarn_softening to 36 at most, as strains then grow by it"
+            )
         if not isinstance(self.defects, DefectThresholds):
             raise InputError(f"defects = {said(self.defects)} must be a warpdrape.DefectThresholds")
         self._check_limits()

@@ -32,17 +32,19 @@ WAYS: dict[str, dict[str, Any]] = {
     "full stiffness, 80 ms": {"accuracy": "reference", "duration": 0.08},
     "full stiffness, 40 ms": {"accuracy": "reference", "duration": 0.04},
     "brake 0.3": {"brake": 0.3},
-    "softening 1": {"yarn_softening": 1.0},
-    "softening 4": {"yarn_softening": 4.0},
-    "softening 12": {"yarn_softening": 12.0},
+    "no recovery, softening 36": {"yarn_softening": 36.0, "yarn_recovery": 0.0},
+    "no recovery, softening 100": {"yarn_recovery": 0.0},
+    "recovery 0.1": {"yarn_recovery": 0.1},
+    "recovery 0.2": {"yarn_recovery": 0.2},
     "softening 16": {"yarn_softening": 16.0},
+    "softening 36": {"yarn_softening": 36.0},
     "softening 64": {"yarn_softening": 64.0},
-    "softening 100": {"yarn_softening": 100.0},
     "softening 64, 40 ms": {"yarn_softening": 64.0, "duration": 0.04},
     "160 ms": {"duration": 0.16},
     "40 ms": {"duration": 0.04},
     "20 ms": {"duration": 0.02},
     "share 0.02": {"contact_share": 0.02},
+    "share 0.1": {"contact_share": 0.1},
     "share 0.2": {"contact_share": 0.2},
     "slide 0.04 mm": {"search_slide": 4e-5},
     "slide 0.25 mm": {"search_slide": 2.5e-4},
@@ -50,7 +52,7 @@ WAYS: dict[str, dict[str, Any]] = {
 }
 """Parameters of the scene, and fields of its numerics, of each way, where they are not the standard
 accuracy's."""
-TUNED = ("contact_share", "yarn_softening", "search_slide")
+TUNED = ("contact_share", "yarn_softening", "yarn_recovery", "search_slide")
 """Of those, what is set beside the accuracy's own, whatever the scene makes of its parameters."""
 
 

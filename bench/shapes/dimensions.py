@@ -39,13 +39,16 @@ def dimensions(name: str, _: Runs) -> str:
             ["", f"{1e3 * PUNCH_RADIUS:g} mm", "radius of the punch"],
             ["", f"{1e3 * DIE_RADIUS:g} mm", "radius of the die's hole"],
         ]
-    parameters = find_script(name).parameters
+    script = find_script(name)
+    parameters = script.parameters
     for each in (*SHAPES[name], *(PRESS if name != "hemisphere" else ())):
         words = parameters[each].description.rstrip(".")
         unit = next(unit for unit in UNITS if words.endswith(unit))
         factor, suffix = UNITS[unit]
-        value = f"{factor * parameters[each].default:g}{suffix}"
-        rows.append([f"`{each}`", value, words.removesuffix(unit).strip()])
+        default = parameters[each].default
+        if default is None:  # the scene's own, for its stack
+            default = script.build().parameters[each]
+        rows.append([f"`{each}`", f"{factor * default:g}{suffix}", words.removesuffix(unit).strip()])
     return markdown(("parameter", "default", "meaning"), rows)
 
 

@@ -19,6 +19,7 @@ from ..materials.yarns import (
     weft_vector,
     yarn_strain,
 )
+from .recovery import Recovery, RecoveryRates, beside_softened, recover
 
 
 @wp.func
@@ -144,25 +145,33 @@ def make_yarn_membrane(tension, tension_energy, shear, shear_energy, Tension, Sh
         stabiliser: wp.array(dtype=wp.float64),
         rest_angle: wp.float64,
         viscosity: wp.vec2d,
+        rates: RecoveryRates,
         x: wp.array(dtype=wp.vec3d),
         memory: wp.array(dtype=PatchMemory),
+        recovered: wp.array(dtype=Recovery),
         f: wp.array(dtype=wp.vec3d),
     ):
         """Add yarn and shear forces to ``f``; one thread a patch of any number of triangles.
 
-        ``viscosity`` [N/m] and ``memory``, shape [patch], are as those of `pairs.make_pair_forces`.
+        ``viscosity`` [N/m], ``rates``, ``memory`` and ``recovered``, shape [patch], are as those of
+        `pairs.make_pair_forces`.
         """
         patch = first_patch + wp.tid()
         first = offsets[patch]
         last = offsets[patch + 1]
         mean = mean_strain(first, last, patch_triangles, triangles, gradients, areas, x)
         line = tension(tension_law, mean)
-        if viscosity[0] + viscosity[1] > wp.float64(0.0):
+        none = wp.float64(0.0)
+        if viscosity[0] + viscosity[1] + rates.taken_up > none:
             area = wp.float64(0.0)
             for slot in range(first, last):
                 area += areas[patch_triangles[slot]]
             known = memory[patch]
             change = mean - known.strain
+            if rates.taken_up > none:
+                kept = recover(rates, recovered[patch], line, mean, known.change, change, area)
+                line += beside_softened(rates, kept, mean)
+                recovered[patch] = kept
             line += wp.cw_mul(viscosity, change)
             memory[patch] = after_step(known, mean, change, viscosity, area)
         for slot in range(first, last):

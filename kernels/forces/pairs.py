@@ -22,6 +22,7 @@ from .lanes import (
     roots,
     vectors,
 )
+from .recovery import Recovery, RecoveryRates, beside_softened, recover
 
 FETCHED_AHEAD = wp.constant(6)
 """Elements of two pairs ahead of the one at work that are fetched: some 0.4 µs."""
@@ -127,8 +128,10 @@ def make_pair_forces(tension, shear, Tension, Shear):
         shear_law: Shear,
         rest_angle: wp.float64,
         viscosity: wp.vec2d,
+        rates: RecoveryRates,
         x: wp.array(dtype=wp.vec3d),
         memory: wp.array(dtype=PairMemory),
+        recovered: wp.array(dtype=Recovery),
         f: wp.array(dtype=wp.vec3d),
     ):
         """Add yarn and shear forces to ``f``; one thread two pairs of triangles.
@@ -140,9 +143,11 @@ def make_pair_forces(tension, shear, Tension, Shear):
             shear_law: shear couple law [N/m].
             rest_angle: angle between warp and weft of the flat ply [rad].
             viscosity: of warp and weft, line tension per change of strain in a step [N/m].
+            rates: of the yarns' recovery.
             x: positions [m], shape [vertex].
             memory: strains of the step before, and what the viscosity has lost, shape of pairs;
                 updated.
+            recovered: by the yarns of each pair, shape [pairs]; updated.
             f: forces [N], shape [vertex]; accumulated.
         """
         fetch_pairs(pairs, first + wp.tid() + FETCHED_AHEAD)
@@ -176,10 +181,36 @@ def make_pair_forces(tension, shear, Tension, Shear):
         strain_q = wp.vec2d(mean1[2] - one, mean2[2] - one)
         line_p = tension(tension_law, strain_p)
         line_q = tension(tension_law, strain_q)
-        if viscosity[0] + viscosity[1] > wp.float64(0.0):
+        none = wp.float64(0.0)
+        if viscosity[0] + viscosity[1] + rates.taken_up > none:
             known = memory[first + wp.tid()]
             now = wp.vec4d(strain_p[0], strain_p[1], strain_q[0], strain_q[1])
             change = now - known.strain
+            if rates.taken_up > none:
+                area = pair_sums(two.areas)
+                at = 2 * (first + wp.tid())
+                kept_p = recover(
+                    rates,
+                    recovered[at],
+                    line_p,
+                    strain_p,
+                    wp.vec2d(known.change[0], known.change[1]),
+                    wp.vec2d(change[0], change[1]),
+                    area[0],
+                )
+                kept_q = recover(
+                    rates,
+                    recovered[at + 1],
+                    line_q,
+                    strain_q,
+                    wp.vec2d(known.change[2], known.change[3]),
+                    wp.vec2d(change[2], change[3]),
+                    area[2],
+                )
+                line_p += beside_softened(rates, kept_p, strain_p)
+                line_q += beside_softened(rates, kept_q, strain_q)
+                recovered[at] = kept_p
+                recovered[at + 1] = kept_q
             line_p += wp.cw_mul(viscosity, wp.vec2d(change[0], change[1]))
             line_q += wp.cw_mul(viscosity, wp.vec2d(change[2], change[3]))
             memory[first + wp.tid()] = after_step(known, now, change, viscosity, two.areas)

@@ -304,6 +304,12 @@ def stack_top(plies: Sequence[Ply]) -> float:
     return max(ply.z + 0.5 * ply.fabric.thickness for ply in plies)
 
 
+def longest_yarn(ply: Ply) -> float:
+    """How far a flat ply reaches along its yarns at most [m]."""
+    flat = np.asarray(ply.mesh.vertices)
+    return float(max(np.ptp(flat @ direction) for direction in ply.yarn_directions))
+
+
 def _refuse_others(plies: Sequence[Ply]) -> None:
     """Raise `InputError` unless these are plies, one or more."""
     several = isinstance(plies, Sequence) and not isinstance(plies, str)

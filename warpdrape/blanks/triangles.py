@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,9 +34,39 @@ def yarn_gradients(
     return gradients, 0.5 * np.abs(twice)
 
 
+@lru_cache(maxsize=32)
 def flat_gradients(ply: Ply) -> tuple[np.ndarray, np.ndarray]:
-    """`yarn_gradients` of a ply."""
-    return yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+    """`yarn_gradients` of a ply, found once and not to be written to."""
+    found = yarn_gradients(ply.mesh.vertices, ply.mesh.triangles, *ply.yarn_directions)
+    for values in found:
+        values.setflags(write=False)
+    return found
+
+
+def two_sides(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sides from a triangle's first corner to its second and third [m], each shape [3, m].
+
+    By components, as sums and products of rows of three are slow in numpy.
+
+    Args:
+        points: [m], shape [n, 3].
+        triangles: vertices, shape [m, 3].
+    """
+    columns = np.ascontiguousarray(points.T)
+    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
+    return b - a, c - a
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Products of vectors by components, each shape [3, m]."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector products of vectors by components, each shape [3, m]."""
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 def gradient_products(gradients: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -114,7 +114,7 @@ def _narrowest(one: Tool, other: Tool, plies: Sequence[Ply], times: np.ndarray) 
         wp.array(np.ravel(other.triangles), dtype=wp.int32, device="cpu"),
     )
     gaps = wp.zeros(len(points), dtype=wp.float32, device="cpu")
-    inputs = [wp.array(a, dtype=wp.vec3f, device="cpu") for a in (points, normals)]
+    inputs: list[wp.array] = [wp.array(a, dtype=wp.vec3f, device="cpu") for a in (points, normals)]
     worst = None
     for time, moved, ground in zip(times, way, base, strict=True):
         wp.launch(

@@ -157,7 +157,7 @@ def sample(laws: Sequence[Compaction], stiffest: float) -> Sampled:
     highest = max(law.pressures[-1] for law in laws)
 
     def depth(pressure: np.ndarray | float) -> np.ndarray:
-        return sum(0.5 * (law.thickness - law.thickness_at(pressure)) for law in laws)
+        return np.asarray(sum(0.5 * (law.thickness - law.thickness_at(pressure)) for law in laws))
 
     fine = np.linspace(0.0, 1.0, 20 * SAMPLES) ** 3 * highest  # close where laws are soft
     even = np.linspace(0.0, float(depth(highest)), SAMPLES)

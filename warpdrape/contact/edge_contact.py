@@ -217,7 +217,7 @@ def build(
     spans: tuple[Span, ...],
     timing: Timing,
     mass: wp.array,
-    surfaces: PlySurfaces | None,
+    surfaces: PlySurfaces,
     pads: Pads,
     device: str,
 ) -> EdgeContact | None:

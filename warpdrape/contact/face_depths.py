@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.tool_surfaces import tool_surfaces
+from warpdrape.distinct import distinct_rows
 from warpdrape.interaction import Run, Span, Swept
 from warpdrape.kernels.contact.face_depths import (
     Look,
@@ -52,10 +53,10 @@ class FaceDepths:
         thickness = [ply.fabric.thickness for ply in scene.plies]
         self._radius = 0.5 * float(max(sides)) + max(thickness)
         half = np.repeat(0.5 * np.array(thickness), [span.vertex_count for span in spans])
-        self._half = wp.array(half, dtype=wp.float64, device=device)
+        self._half: wp.array = wp.array(half, dtype=wp.float64, device=device)
         corners, weights = _places(scene, spans)
-        self._corners = wp.array(corners, dtype=wp.vec3i, device=device)
-        self._weights = wp.array(weights, dtype=wp.vec3d, device=device)
+        self._corners: wp.array = wp.array(corners, dtype=wp.vec3i, device=device)
+        self._weights: wp.array = wp.array(weights, dtype=wp.vec3d, device=device)
         slots = len(scene.tools) * self._vertices
         self._planes = wp.zeros(slots, dtype=ToolPlane, device=device)
         self._turns = wp.zeros(slots, dtype=wp.int32, device=device)
@@ -103,7 +104,7 @@ def _places(scene: Setup, spans: Sequence[Span]) -> tuple[np.ndarray, np.ndarray
         every = np.repeat(triangles, len(BETWEEN), axis=0)
         share = np.tile(BETWEEN, (len(triangles), 1))
         points = np.einsum("nk,nkd->nd", share, np.asarray(ply.rest_points)[every])
-        _, first = np.unique(np.round(points, 12), axis=0, return_index=True)
+        first, _ = distinct_rows(np.round(points, 12))
         corners.append(every[first] + span.first_vertex)
         weights.append(share[first])
     return np.concatenate(corners), np.concatenate(weights)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.adjacency import across_edges
 from warpdrape.contact.rims import exposed_rims
+from warpdrape.distinct import distinct_rows
 from warpdrape.setup import Setup
 from warpdrape.tools.tool import Tool
 
@@ -139,7 +140,9 @@ def _turns_round(tool: Tool, edges: np.ndarray, asked: np.ndarray, coarse: float
     near = cKDTree(middles)
     ends = tool.vertices[edges[asked]]
     places = np.stack([ends[:, 0], ends.mean(axis=1), ends[:, 1]], axis=1)
-    cells, cell = np.unique(np.floor(places / size).reshape(-1, 3), axis=0, return_inverse=True)
+    of_place = np.floor(places / size).reshape(-1, 3)
+    first, cell = distinct_rows(of_place)
+    cells = of_place[first]
     round_there = np.zeros(len(cells), dtype=bool)
     for k, here in enumerate(near.query_ball_point((cells + 0.5) * size, 0.5 * coarse)):
         n = normals[here]
@@ -166,10 +169,7 @@ def _spots(tool: Tool, size: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _first_of_each(rows: np.ndarray) -> np.ndarray:
     """Indices of the first of each kind of rows, in their order."""
-    rows = rows.astype(np.int64)
-    order = np.lexsort(rows.T)  # of equal rows the first one first
-    another = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
-    return np.sort(order[np.append(True, another)[: len(rows)]])
+    return np.sort(distinct_rows(rows.astype(np.int64))[0]) if len(rows) else np.zeros(0, int)
 
 
 def along(edges: np.ndarray, spacing: float) -> np.ndarray:

@@ -42,7 +42,7 @@ class Temperatures:
 
     def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
         """A part's own vertices."""
-        heat, clock = bodies.heat, [bodies.loads.process, bodies.step]
+        heat, clock = bodies.cooling, [bodies.loads.process, bodies.step]
         advance, follow = [], []
         for number, held in self.plies.items():
             for first, count in share.by_ply[number]:
@@ -77,7 +77,8 @@ def build(scene: Setup, contacts: Sequence[Interaction], device: str) -> Tempera
         if scene.air is not None:
             held.air, held.convection = scene.air.temperature, scene.air.convection
         plies[number] = held
-        shifts[number] = shift_struct(scene.plies[number].fabric.matrix.shift)
+        matrix = scene.plies[number].fabric.matrix
+        shifts[number] = shift_struct(None if matrix is None else matrix.shift)
     melts: tuple[wp.array, ...] = ()
     if any(law.shifted for law in scene.friction_laws):
         laws = [contact.law for contact in contacts if hasattr(contact, "law")]

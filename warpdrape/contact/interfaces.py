@@ -41,15 +41,15 @@ def forces_of_pairs(
         vertices: of all plies.
     """
     contacts, searches = memory.contacts.numpy(), memory.seen.numpy()
-    seen = np.stack([searches["ply"] - 1, searches["across"] == 1], axis=1)
+    seen = 2 * (searches["ply"] - 1) + (searches["across"] == 1)
     forces, found = memory.forces.numpy(), {}
     for look in looks:
         span = spans[look.searching]
         slots = slice(look.first_slot, look.first_slot + span.vertex_count)
         pressed = forces[slots] > 0.0
-        for other, across in np.unique(seen[slots][pressed], axis=0).tolist():
-            those = (seen[slots] == (other, across)).all(axis=1)
-            of_pair = np.where(those, forces[slots], 0.0)
+        for met in np.unique(seen[slots][pressed]).tolist():
+            other, across = divmod(met, 2)
+            of_pair = np.where(seen[slots] == met, forces[slots], 0.0)
             own = np.zeros(vertices)
             own[span.vertices] = of_pair
             corners = on_corners(contacts[slots], of_pair, vertices)

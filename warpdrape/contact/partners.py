@@ -53,7 +53,8 @@ def find_partners(plies: Sequence[Ply], surfaces: PlySurfaces) -> Partners:
         surfaces: theirs.
     """
     device, spans = surfaces.device, surfaces.spans
-    x = wp.array(np.concatenate([ply.rest_points for ply in plies]), dtype=wp.vec3d, device=device)
+    rest = np.concatenate([ply.rest_points for ply in plies])
+    x: wp.array = wp.array(rest, dtype=wp.vec3d, device=device)
     corners = wp.zeros(len(x), dtype=wp.vec3i, device=device)
     weights = wp.zeros(len(x), dtype=wp.vec3d, device=device)
     for number, (ply, span) in enumerate(zip(plies, spans, strict=True)):

@@ -15,6 +15,7 @@ import warp as wp
 
 from warpdrape.blanks.triangles import longest_sides
 from warpdrape.contact.features import along
+from warpdrape.distinct import distinct_rows
 from warpdrape.interaction import Span
 from warpdrape.kernels.contact.passages import find_depths
 from warpdrape.setup import Setup
@@ -100,10 +101,11 @@ class _Sought:
     """A tool, and the points of it that are looked for: its vertices, and more along its edges."""
 
     def __init__(self, tool: Tool, spacing: float, device: str) -> None:
-        points = np.unique(along(tool.vertices[tool.surface.mesh.edges_unique], spacing), axis=0)
+        points = along(tool.vertices[tool.surface.mesh.edges_unique], spacing)
+        points = points[distinct_rows(points)[0]]
         self._low, self._high = points.min(axis=0), points.max(axis=0)
         self._mesh = _mesh(tool.vertices, tool.triangles, device, solid=True)
-        self._points = wp.array(points, dtype=wp.vec3f, device=device)
+        self._points: wp.array = wp.array(points, dtype=wp.vec3f, device=device)
         self._depth = wp.zeros(len(points), dtype=wp.float32, device=device)
         self._facet = wp.zeros(len(points), dtype=wp.int32, device=device)
 

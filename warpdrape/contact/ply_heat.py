@@ -62,8 +62,9 @@ class PlyHeat(NamedTuple):
         if searching not in self.cools:
             return ()
         inputs = [run.first, first_slot, searching * self.plies, self.conductances, self.most]
-        inputs += [self.areas, self.capacities, seen, slots, bodies.heat.temperature]
-        outputs = [bodies.heat.power, bodies.heat.cover]
+        heat = bodies.cooling
+        inputs += [self.areas, self.capacities, seen, slots, heat.temperature]
+        outputs = [heat.power, heat.cover]
         return (Launch(exchange_between_plies, run.count, inputs, outputs),)
 
 

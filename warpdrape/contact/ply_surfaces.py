@@ -72,8 +72,8 @@ class PlySurfaces:
         """A part's own vertices, and the query meshes in its care."""
         plies, part = bodies.plies, share.number
         x = plies.x
-        prepare = [Launch(look_ahead.forget_speed, 1, [part], [plies.speeds])]
-        measure = [self._set_pace(part, plies)]
+        prepare: list[Launch | Swept] = [Launch(look_ahead.forget_speed, 1, [part], [plies.speeds])]
+        measure: list[Launch | Swept] = [self._set_pace(part, plies)]
         for run in share.vertices:
             inputs = [part, plies.v]
             prepare.append(Swept(look_ahead.find_speed, run, inputs, [plies.speeds]))

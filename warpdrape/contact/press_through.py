@@ -35,7 +35,8 @@ class Pressing:
 
     def launches(self, share: Share, bodies: Bodies, memory: None) -> Launches:
         """A part's own vertices."""
-        outputs = [bodies.pressing.pressing, bodies.pressing.through]
+        pressing = bodies.pressed
+        outputs = [pressing.pressing, pressing.through]
         return Launches(
             push=tuple(
                 Launch(take_pressing, run.count, [run.first], outputs) for run in share.vertices

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+
+from warpdrape.blanks.triangles import cross, dot, two_sides
 
 LOWER, UPPER = 0, 1
 """Rows of forces on a ply's faces."""
@@ -51,18 +51,15 @@ def vertex_shapes(x: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
         x: positions [m], shape [n, 3].
         triangles: vertices, shape [m, 3].
     """
-    columns = np.ascontiguousarray(x.T)  # sums over rows of three are slow in numpy
-    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
-    (ux, uy, uz), (vx, vy, vz) = b - a, c - a
-    cross = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx]
+    normal = cross(*two_sides(x, triangles))
     count, corners = len(x), triangles.T.ravel()
     areas, *normals = (
         np.bincount(corners, weights=np.tile(part, 3), minlength=count)
-        for part in (_length(cross) / 6.0, *cross)
+        for part in (_length(normal) / 6.0, *normal)
     )
-    return np.stack(normals / _length(normals), axis=1), areas
+    length = _length(np.stack(normals))
+    return np.stack([normal / length for normal in normals], axis=1), areas
 
 
-def _length(vector: Sequence[np.ndarray]) -> np.ndarray:
-    x, y, z = vector
-    return np.sqrt(x * x + y * y + z * z)
+def _length(vector: np.ndarray) -> np.ndarray:
+    return np.sqrt(dot(vector, vector))

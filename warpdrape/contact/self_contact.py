@@ -230,7 +230,7 @@ def build(
     spans: tuple[Span, ...],
     timing: Timing,
     mass: wp.array,
-    surfaces: PlySurfaces | None,
+    surfaces: PlySurfaces,
     pads: Pads,
     device: str,
 ) -> SelfContact | None:

@@ -57,13 +57,17 @@ def worst_squeeze(
         rooms: by how much vertices' plies can be compacted [m], shape [vertex].
     """
     both = list(zip(interactions, state.memory, strict=True))
-    held = [_Held(state, rooms, *each) for each in both if isinstance(each[0], ToolContact)]
+    held = [
+        _Held(state, rooms, contact, memory)
+        for contact, memory in both
+        if isinstance(contact, ToolContact)
+    ]
     found = [_between_vertices(tools) for tools in held]
     found += [
-        _at_features(tools, *each)
+        _at_features(tools, contact, memory)
         for tools in held
-        for each in both
-        if isinstance(each[0], FeatureContact)
+        for contact, memory in both
+        if isinstance(contact, FeatureContact)
     ]
     return max((each for each in found if each), key=lambda each: each.share, default=None)
 
@@ -153,9 +157,9 @@ def _apart(
     device = mesh.device
     gap = wp.zeros(1, dtype=wp.float32, device=device)
     seen = ground.into(one.place(point[None])), ground.into_directions(outward[None])
-    place, direction = (wp.array(each, dtype=wp.vec3f, device=device) for each in seen)
+    asked: list[wp.array] = [wp.array(each, dtype=wp.vec3f, device=device) for each in seen]
     same = wp.mat33f(*np.eye(3).ravel())
-    inputs = [place, direction, mesh.id, same, wp.vec3f(), reach]
+    inputs = [*asked, mesh.id, same, wp.vec3f(), reach]
     wp.launch(find_gaps, 1, inputs=inputs, outputs=[gap], device=device)
     found = gap.numpy()[0]
     return float(found) if found < np.float32(reach) else 0.0  # as the kernel has it

@@ -12,10 +12,9 @@ import warp as wp
 from warpdrape.contact import press_through
 from warpdrape.contact.compaction import Pads
 from warpdrape.contact.law import contact_law, near_reach
-from warpdrape.contact.ply_surfaces import PlySurfaces
 from warpdrape.contact.tool_heat import ToolHeat, tool_heat
 from warpdrape.contact.tool_surfaces import tool_surfaces
-from warpdrape.interaction import Bodies, Launches, Measured, Share, Span, Swept
+from warpdrape.interaction import Bodies, Launch, Launches, Measured, Share, Swept
 from warpdrape.kernels.contact.contact import CompactionLaws, ContactLaw
 from warpdrape.kernels.contact.tool_contact import ToolHold, add_tool_forces
 from warpdrape.kernels.contact.tool_facets import ToolSurfaces
@@ -116,7 +115,8 @@ class ToolContact:
         """Searches and forces of a part's own vertices."""
         plies, tools = bodies.plies, bodies.tools
         moving = [tool_poses(self.turning, tools), plies.x, plies.v]
-        find, push = [], []
+        find: list[Swept] = []
+        push: list[Launch | Swept] = []
         for run in share.vertices:
             inputs = [self.surfaces, self.search, self.offset, *moving]
             found = [memory.planes, memory.queries, memory.touching, memory.holds]
@@ -156,22 +156,14 @@ class ToolContact:
 
 
 def build(
-    scene: Setup,
-    spans: tuple[Span, ...],
-    timing: Timing,
-    mass: wp.array,
-    surfaces: PlySurfaces | None,
-    pads: Pads,
-    device: str,
+    scene: Setup, timing: Timing, mass: wp.array, pads: Pads, device: str
 ) -> ToolContact | None:
     """Put the tools on a device; None where there are none.
 
     Args:
         scene: what is computed.
-        spans: where plies are.
         timing: the steps.
         mass: vertex masses [kg], shape [vertex].
-        surfaces: the plies' surfaces, which vertices do not need.
         pads: what gives way in contacts.
         device: Warp device.
     """

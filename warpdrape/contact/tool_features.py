@@ -131,8 +131,12 @@ class FeatureContact:
     ) -> tuple[Launch, ...]:
         x, surfaces = bodies.plies.x, self.surfaces
         tools = tool_poses(self.turning, bodies.tools)
-        inputs = [memory.contacts, memory.seen]
-        forget = Launch(feature_search.forget_presses, memory.seen.size, inputs, [memory.presses])
+        forget = Launch(
+            feature_search.forget_presses,
+            memory.seen.size,
+            [memory.contacts, memory.seen],
+            [memory.presses],
+        )
         find, settle = [], []
         for number, ply in enumerate(self.plies):
             search = ply_search(self.scene, self.timing, bodies.plies, 0, ply.half, asking=asking)
@@ -193,7 +197,7 @@ def build(
     spans: tuple[Span, ...],
     timing: Timing,
     mass: wp.array,
-    surfaces: PlySurfaces | None,
+    surfaces: PlySurfaces,
     pads: Pads,
     device: str,
 ) -> FeatureContact | None:

@@ -36,7 +36,8 @@ class ToolHeat(NamedTuple):
             holds: memory of the contacts, shape [slot].
         """
         inputs = [self.tools, bodies.tools.turned, touching, planes, holds]
-        outputs = [bodies.heat.pull, bodies.heat.cover]
+        heat = bodies.cooling
+        outputs = [heat.pull, heat.cover]
         return tuple(
             Launch(draw_to_tools, run.count, [run.first, rate, *inputs], outputs)
             for number, rate in self.rates.items()

@@ -65,8 +65,9 @@ def find_lobes(
     """
     of_vertex = np.full(len(field.high), -1)
     sides: list[float] = []
+    tested, crest = _crests(near, field)
     for side in (1.0, -1.0):
-        region = _turning(smoothing, near, field, side)
+        region = _turning(smoothing, field, side, tested, crest)
         count, label = components(graph, region)
         of_vertex = np.where(region, label + len(sides), of_vertex)
         sides += count * [side]
@@ -83,15 +84,21 @@ def components(graph: sparse.csr_matrix, region: np.ndarray) -> tuple[int, np.nd
     return count, label
 
 
+def _crests(near: Neighbourhood, field: WrinkleField) -> tuple[np.ndarray, np.ndarray]:
+    """Which vertices are near enough to a crest or a trough's bottom to be tested, which are so."""
+    waves = field.waves
+    tested = field.high & (np.abs(waves.filtered) / waves.gain >= NEAR_CREST * waves.amplitude)
+    crest = np.zeros(len(tested), dtype=bool)
+    crest[tested] = near.are_crests(waves, np.flatnonzero(tested))
+    return tested, crest
+
+
 def _turning(
-    smoothing: Smoothing, near: Neighbourhood, field: WrinkleField, side: float
+    smoothing: Smoothing, field: WrinkleField, side: float, tested: np.ndarray, crest: np.ndarray
 ) -> np.ndarray:
     """Vertices on one side of the smooth shape, without those where bends go one way only."""
-    waves = field.waves
-    region = field.high & (side * waves.filtered > 0.0)
-    tested = region & (np.abs(waves.filtered) / waves.gain >= NEAR_CREST * waves.amplitude)
-    crest = np.zeros(len(region), dtype=bool)
-    crest[tested] = near.are_crests(waves, np.flatnonzero(tested))
+    region = field.high & (side * field.waves.filtered > 0.0)
+    crest, tested = crest & region, tested & region
     if not crest.any():
         return crest
     means = np.stack([crest, tested], axis=1).astype(float)

@@ -71,7 +71,7 @@ class Neighbourhood:
         places = self._points[vertices][:, None] + ways[..., None] * across[:, None]
         found = self.vertices_at(places)
         x, y = across.T[..., None]
-        xx, yy, xy = np.moveaxis(waves.curvature[found], 2, 0)
+        xx, yy, xy = (each.take(found) for each in np.ascontiguousarray(waves.curvature.T))
         along = xx * x**2 + yy * y**2 + 2.0 * xy * x * y
         outward = -np.where(found >= 0, along, 0.0) * np.sign(waves.filtered[vertices])[:, None]
         turns = outward * step[:, None]

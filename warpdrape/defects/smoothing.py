@@ -110,10 +110,10 @@ class Smoothing:
         return tuple(inverse @ weak for weak in self._weak)
 
     @cached_property
-    def mean_curvature(self) -> tuple[sparse.csr_matrix, ...]:
-        """Values to second derivatives xx, yy, xy [1/m²], means over vertices and neighbours.
+    def _mean_curvature(self) -> sparse.csr_matrix:
+        """Values to second derivatives [1/m²], means over vertices and neighbours, [3 · n, n].
 
-        The middle of crossed squares alone cannot tell xx from yy. Each shape [n, n].
+        The middle of crossed squares alone cannot tell xx from yy. Rows of xx, then yy, then xy.
         """
         m = len(self.mesh.triangles)
         rows, columns = np.repeat(np.arange(m), 3), np.asarray(self.mesh.triangles).ravel()
@@ -123,7 +123,19 @@ class Smoothing:
         mean = self.at_vertices @ thirds
         there = sparse.diags(self.inner / np.maximum(mean @ self.inner, 1e-300))
         single = sparse.diags(self.inner / np.asarray(self.mesh.vertex_areas))
-        return tuple((there @ mean @ single @ weak).tocsr() for weak in self._weak)
+        return sparse.vstack([there @ mean @ single @ weak for weak in self._weak], format="csr")
+
+    def curvatures(self, values: np.ndarray) -> np.ndarray:
+        """Second derivatives xx, yy, xy of fields, means near by, zero on the edge [1/m²].
+
+        Args:
+            values: of the fields, shape [n, field].
+
+        Returns:
+            Shape [n, field, 3] per metre squared of what the values are in.
+        """
+        found = (self._mean_curvature @ values).reshape(3, *values.shape)
+        return np.ascontiguousarray(np.moveaxis(found, 0, 2))
 
     @cached_property
     def _plate(self) -> Any:
@@ -151,7 +163,9 @@ class Smoothing:
     @cached_property
     def _spread(self) -> Any:
         stiffness = -((NEIGHBOURHOOD * self.length) ** 2) * (self._weak[0] + self._weak[1])
-        return splu((sparse.diags(self.masses) + stiffness).tocsc())
+        matrix = (sparse.diags(self.masses) + stiffness).tocsc()
+        symmetric = {"SymmetricMode": True}  # half the entries, with the diagonal for pivots
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=symmetric)
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
         """Values without their waves: what the low-pass filter leaves, shape [n, …]."""

@@ -8,7 +8,7 @@ their graphs. Where the system has given a part's core to another process all ot
 from __future__ import annotations
 
 import ctypes
-import os
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from queue import SimpleQueue
@@ -54,9 +54,11 @@ class Barrier:
 def _address_of_yield() -> int:
     """Address of the system's function by which a thread offers its core to others; 0 if none."""
     try:
-        library = ctypes.windll.kernel32 if os.name == "nt" else ctypes.CDLL(None)
-        name = "SwitchToThread" if os.name == "nt" else "sched_yield"
-        return ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+        if sys.platform == "win32":
+            give_way = ctypes.windll.kernel32.SwitchToThread
+        else:
+            give_way = ctypes.CDLL(None).sched_yield
+        return ctypes.cast(give_way, ctypes.c_void_p).value or 0
     except (OSError, AttributeError):
         return 0
 
@@ -72,8 +74,8 @@ class Crew:
             release: makes jobs that wait for each other go on, should one of them fail.
         """
         self._jobs, self._release = jobs, release
-        self._orders = [SimpleQueue() for _ in jobs[1:]]
-        self._reports: SimpleQueue = SimpleQueue()
+        self._orders: list[SimpleQueue[bool]] = [SimpleQueue() for _ in jobs[1:]]
+        self._reports: SimpleQueue[BaseException | None] = SimpleQueue()
         self._threads = [
             threading.Thread(target=self._work, args=work, daemon=True)
             for work in zip(jobs[1:], self._orders, strict=True)
@@ -106,9 +108,9 @@ class Crew:
         for thread in self._threads:
             thread.join()
 
-    def _work(self, job: Callable[[], None], orders: SimpleQueue) -> None:
+    def _work(self, job: Callable[[], None], orders: SimpleQueue[bool]) -> None:
         while orders.get():
-            error = None
+            error: BaseException | None = None
             try:
                 job()
             except BaseException as fault:  # raised anew where the run is

@@ -18,8 +18,8 @@ def floating_tools(scene: Setup, plies: float, device: str) -> FloatingTools:
         plies: mass of all plies [kg], that of a tool which has none of its own.
         device: Warp device.
     """
-    floats = [isinstance(tool.motion, Float) for tool in scene.tools]
-    motions = [tool.motion if f else None for tool, f in zip(scene.tools, floats, strict=True)]
+    motions = [tool.motion if isinstance(tool.motion, Float) else None for tool in scene.tools]
+    floats = [motion is not None for motion in motions]
     floating = FloatingTools()
     floating.floats = wp.array(floats, dtype=wp.int32, device=device)
     axes = [m.axis if m else (0.0, 0.0, 1.0) for m in motions]

@@ -8,6 +8,7 @@ import warp as wp
 
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import Part
+from warpdrape.dynamics.selective_mass import SelectiveMass
 from warpdrape.interaction import Swept
 from warpdrape.kernels.dynamics.motion import (
     advance_clamped,
@@ -24,7 +25,7 @@ def advance_plies(part: Part) -> None:
     """Move a part's vertices; with selective mass scaling push them only, see `raise_power_of`."""
     model, state = part.model, part.state
     if model.selective is not None:
-        push_plies(part)
+        push_plies(part, model.selective)
         return
     plies, device = state.plies, model.device
     masses = [model.medium, model.mass, model.added_mass, model.clamp]
@@ -38,7 +39,7 @@ def advance_plies(part: Part) -> None:
         Swept(advance_vertices, run, inputs, outputs)(device)
 
 
-def push_plies(part: Part) -> None:
+def push_plies(part: Part, scaling: SelectiveMass) -> None:
     """Advance the momenta of a part's vertices."""
     model, state = part.model, part.state
     for first, count in part.vertices:
@@ -48,7 +49,7 @@ def push_plies(part: Part) -> None:
             inputs=[
                 first,
                 model.medium,
-                model.selective.start,
+                scaling.start,
                 model.mass,
                 state.loads.damping,
                 state.step,
@@ -58,14 +59,14 @@ def push_plies(part: Part) -> None:
         )
 
 
-def raise_power_of(part: Part, number: int) -> None:
+def raise_power_of(part: Part, scaling: SelectiveMass, number: int) -> None:
     """Do a step of the recurrence from momenta to velocities; the last one moves the vertices.
 
     The terms change places at every step: a part reads those that its neighbours made in the one
     before.
     """
     model, state = part.model, part.state
-    matrix, powers = model.selective.matrix, model.selective.powers
+    matrix, powers = scaling.matrix, scaling.powers
     terms = [state.scaled.power_now, state.scaled.power_old]
     now, old = terms if number % 2 == 0 else reversed(terms)
     for first, count in part.vertices:
@@ -124,9 +125,10 @@ def end_step(model: Model, state: State) -> None:
 def advance(part: Part) -> None:
     """Move vertices and tools, and go to the next step; for a part that is the whole."""
     advance_plies(part)
-    if part.model.selective is not None:
-        for number in range(len(part.model.selective.powers)):
-            raise_power_of(part, number)
+    scaling = part.model.selective
+    if scaling is not None:
+        for number in range(len(scaling.powers)):
+            raise_power_of(part, scaling, number)
     end_step(part.model, part.state)
 
 

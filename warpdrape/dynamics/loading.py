@@ -9,6 +9,7 @@ long as it must be, and only where it must.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +35,7 @@ PASSED = 2.0
 """Kinetic energy over the limit, at its largest, from which a run warns [-]."""
 
 
-def reference_energy(plies: tuple[Ply, ...]) -> float:
+def reference_energy(plies: Sequence[Ply]) -> float:
     """Energy [J] that the plies store at `UNLOADED_SHEAR` and `UNLOADED_STRAIN` throughout."""
     total = 0.0
     for ply in plies:
@@ -154,12 +155,14 @@ class Loading:
         return times
 
     def adapt(self, kinetic: float, internal: float) -> None:
-        """Choose the pace to come to by the next look.
+        """Choose the pace to come to by the next look; without a limit it stays as it is.
 
         Args:
             kinetic: energy of plies and floating tools now [J].
             internal: what the plies store now [J].
         """
+        if self._limit is None:
+            return
         if not math.isfinite(kinetic + internal):  # the run is about to fail: keep the pace
             return
         clock = self.clock
@@ -172,7 +175,7 @@ class Loading:
 
     def entries(self) -> dict[str, float]:
         """Entries of ``summary.json``: the limit, how slow loading became, how well it was kept."""
-        if not self.limited:
+        if self._limit is None:
             return {}
         return {
             "kinetic_limit": float(self._limit),

@@ -9,10 +9,10 @@ import numpy as np
 import warp as wp
 
 from warpdrape.dynamics.floating import floating_tools
-from warpdrape.dynamics.interactions import build_contacts, forces_of
+from warpdrape.dynamics.interactions import FORCES, build_contacts, membrane_of
 from warpdrape.dynamics.selective_mass import SelectiveMass, build_selective_mass, start_scaled
 from warpdrape.dynamics.time_step import LumpedMass, lump_masses
-from warpdrape.interaction import Force, Interaction, Span
+from warpdrape.interaction import Force, Interaction, MembraneForce, Span
 from warpdrape.kernels.dynamics.motion import FloatingTools, Medium
 from warpdrape.kernels.tool_pose import TurningTools
 from warpdrape.setup import Setup
@@ -41,7 +41,7 @@ class Model:
         device: Warp device.
         timing: steps.
         spans: where each ply's vertices and triangles are.
-        forces: of the plies.
+        forces: of the plies, the membranes' first.
         contacts: between plies, and with tools, after the surfaces that they search.
         masses: vertex masses on the host.
         selective: selective mass scaling, None without.
@@ -58,7 +58,7 @@ class Model:
     device: str
     timing: Timing
     spans: tuple[Span, ...]
-    forces: tuple[Force, ...]
+    forces: tuple[MembraneForce, *tuple[Force, ...]]
     contacts: tuple[Interaction, ...]
     masses: LumpedMass
     selective: SelectiveMass | None
@@ -73,7 +73,7 @@ class Model:
     @property
     def interactions(self) -> tuple[Interaction, ...]:
         """Forces and contacts, in the order in which they act."""
-        return self.forces + self.contacts
+        return (*self.forces, *self.contacts)
 
     @property
     def triangles(self) -> int:
@@ -97,15 +97,18 @@ def build_model(scene: Setup, device: str, frames: int, timing: Timing | None = 
     timing = timing or plan_steps(scene, masses.stable_step, frames)
     rest = np.concatenate([ply.rest_points for ply in scene.plies])
     spans = ply_spans(scene)
-    mass = wp.array(masses.mass, dtype=wp.float64, device=device)
-    forces = (force.build(scene, spans, device) for force in forces_of(scene))
+    mass: wp.array = wp.array(masses.mass, dtype=wp.float64, device=device)
+    forces = (force.build(scene, spans, device) for force in FORCES)
     contacts = build_contacts(scene, spans, timing, mass, device)
     return Model(
         scene=scene,
         device=device,
         timing=timing,
         spans=spans,
-        forces=tuple(force for force in forces if force is not None),
+        forces=(
+            membrane_of(scene).build(scene, spans, timing.time_step, device),
+            *(force for force in forces if force is not None),
+        ),
         contacts=contacts,
         masses=masses,
         selective=build_selective_mass(scene, masses.mass, masses.scaling, device),

@@ -13,7 +13,7 @@ import warp as wp
 from warpdrape.dynamics import integration
 from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.partition import launches_of, shares, split
-from warpdrape.interaction import Launch, Launches
+from warpdrape.interaction import Launch, Launches, Swept
 from warpdrape.state import State, all_arrays, copied
 from warpdrape.timing import ask_every
 
@@ -87,7 +87,7 @@ def time_phases(
     return costs | searches
 
 
-def _launch(launches: Sequence[Launch], device: str) -> None:
+def _launch(launches: Sequence[Launch | Swept], device: str) -> None:
     for launch in launches:
         launch(device)
 

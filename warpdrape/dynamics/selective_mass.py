@@ -19,6 +19,7 @@ import numpy as np
 import scipy.sparse as sparse
 import warp as wp
 
+from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.triangles import flat_gradients, highest_frequency_squared
 from warpdrape.dynamics.interactions import membrane_of
 from warpdrape.errors import InputError
@@ -94,7 +95,7 @@ def laplacian_bound(scene: Setup) -> float:
     return highest
 
 
-def _scalar_stiffness(ply, scene: Setup) -> tuple[float, float]:
+def _scalar_stiffness(ply: Ply, scene: Setup) -> tuple[float, float]:
     """Stiffness of L along the yarns [N/m]: no motion stores more in the ply than L makes of it.
 
     Of shear, (g1·∂u/∂1 + g2·∂u/∂2)² ≤ 2 g² (‖∂u/∂1‖² + ‖∂u/∂2‖²).

@@ -16,6 +16,7 @@ from warpdrape.dynamics.model import Model
 from warpdrape.dynamics.pace import Pace
 from warpdrape.dynamics.partition import Part, split
 from warpdrape.dynamics.prescribed import prescribe
+from warpdrape.dynamics.selective_mass import SelectiveMass
 from warpdrape.interaction import Launch, Swept
 from warpdrape.state import State
 from warpdrape.timing import ask_every, frame_times
@@ -51,7 +52,7 @@ def refit(part: Part) -> None:
 
 def step(whole: Part) -> None:
     """Advance everything by one step, for a part that is the whole."""
-    for section in step_sections(1, powers_of(whole.model)):
+    for section in step_sections(1, whole.model.selective):
         section(whole, [whole])
 
 
@@ -64,18 +65,15 @@ def search_sections(*, asking: bool) -> list[Section]:
     return [_measure, _ask if asking else _walk]
 
 
-def powers_of(model: Model) -> int:
-    """Steps of the recurrence that selective mass scaling takes, 0 without."""
-    return 0 if model.selective is None else len(model.selective.powers)
-
-
-def step_sections(count: int, powers: int = 0) -> list[Section]:
+def step_sections(count: int, scaling: SelectiveMass | None) -> list[Section]:
     """So many steps, likewise, each with the powers of selective mass scaling.
 
     Part 0 moves the tools while the others scatter: nothing there depends on tools.
     """
     ends = [_end_step_and_scatter] * (count - 1) + [_end_steps]
-    moves = [_move, *(partial(_raise_power, number) for number in range(powers))]
+    moves: list[Section] = [_move]
+    if scaling is not None:
+        moves += [partial(_raise_power, scaling, at) for at in range(len(scaling.powers))]
     return [_scatter, *(section for end in ends for section in (*moves, end))]
 
 
@@ -106,8 +104,8 @@ def _move(part: Part, parts: Sequence[Part]) -> None:
     integration.advance_plies(part)
 
 
-def _raise_power(number: int, part: Part, _: Sequence[Part]) -> None:
-    integration.raise_power_of(part, number)
+def _raise_power(scaling: SelectiveMass, number: int, part: Part, _: Sequence[Part]) -> None:
+    integration.raise_power_of(part, scaling, number)
 
 
 def _end_step_and_scatter(part: Part, parts: Sequence[Part]) -> None:
@@ -153,12 +151,13 @@ class _Job:
         self._times, rest = divmod(every, few)
         self._copy: Callable[[], None] = self._launch_copies
         self._prepare: Callable[[], None] = self._launch_preparation
-        self._ask, self._walk = (
-            partial(self._launch, search_sections(asking=asking)) for asking in (True, False)
-        )
-        powers = powers_of(own[0].model)
-        self._few = partial(self._launch, step_sections(few, powers))
-        self._rest = partial(self._launch, step_sections(rest, powers)) if rest else None
+        self._ask: Callable[[], None] = partial(self._launch, search_sections(asking=True))
+        self._walk: Callable[[], None] = partial(self._launch, search_sections(asking=False))
+        scaling = own[0].model.selective
+        self._few: Callable[[], None] = partial(self._launch, step_sections(few, scaling))
+        self._rest: Callable[[], None] | None = None
+        if rest:
+            self._rest = partial(self._launch, step_sections(rest, scaling))
 
     def capture(self) -> None:
         """Replay from now on what the launches of now record."""
@@ -254,7 +253,7 @@ class Stepper:
     @property
     def together(self) -> bool:
         """Whether the next block is for threads."""
-        return self._barrier is not None and self._pace.together
+        return self._pace is not None and self._pace.together
 
     def begin_frame(self, frame: int) -> None:
         """Prescribe the motions of the steps to a frame, numbered from 1, at full pace."""
@@ -271,13 +270,13 @@ class Stepper:
             self._captured = True
         self._asking = self.blocks % self._ask_every == 0
         self.blocks += 1
-        if self._barrier is None:
+        if self._barrier is None or self._pace is None:
             self._alone.run(self._asking)
             return
-        if self._crew is None and self.together:
+        if self._crew is None and self._pace.together:
             self._crew = self._muster(self._barrier)
         start = time.perf_counter()
-        if self.together:
+        if self._crew is not None and self._pace.together:
             self._barrier.reset()
             self._crew.run()
         else:

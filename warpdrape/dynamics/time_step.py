@@ -62,8 +62,9 @@ def lump_masses(scene: Setup) -> LumpedMass:
     """
     taken = step_share(scene)
     numerics, allowed = scene.numerics, np.inf
-    if numerics.minimum_time_step is not None:
-        share = stable_step(1.0, taken) * numerics.safety / numerics.minimum_time_step
+    shortest = numerics.minimum_time_step
+    if shortest is not None:
+        share = stable_step(1.0, taken) * numerics.safety / shortest
         allowed = share**2
     selective = numerics.mass_scaling == "selective"
     masses, added, highest, unscaled, dictator = [], [], 0.0, 0.0, (0, 0, 1.0)
@@ -90,14 +91,14 @@ def lump_masses(scene: Setup) -> LumpedMass:
             "mass_scaling = 'selective' is for plies that nothing but tools and contact hold, and "
             f"clamp {scene.clamps[0].name!r} leads vertices: take 'plain'"
         )
-    if selective and highest > allowed:
+    if selective and shortest is not None and highest > allowed:
         bound = laplacian_bound(scene)
         if unscaled > 0.5 * allowed:
             raise InputError(
-                f"minimum_time_step = {numerics.minimum_time_step:g} s is too long for the plies' "
+                f"minimum_time_step = {shortest:g} s is too long for the plies' "
                 "bending, which mass_scaling = 'selective' leaves as it is: lower it"
             )
-        scaling = choose_polynomial(bound, allowed - unscaled, numerics.minimum_time_step)
+        scaling = choose_polynomial(bound, allowed - unscaled, shortest)
         highest = scaling.peak * bound + unscaled  # what scales down the first force alone
     return LumpedMass(
         np.concatenate(masses),

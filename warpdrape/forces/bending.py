@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -35,6 +35,24 @@ from warpdrape.setup import Setup
 
 NEGLIGIBLE = 1e-13
 """Entries of K below this share of the largest are rounding [-]."""
+
+
+class PlyMatrices(NamedTuple):
+    """What resists bending in one ply.
+
+    Attributes:
+        operator: its curvatures.
+        matrix: K between vertices [N/m], shape [vertex, vertex].
+        slopes: between vertices and clamps' slopes [N], shape [vertex, 2 · clamp].
+        between: between slopes [N·m], shape [2 · clamp, 2 · clamp].
+        moduli: of the curvatures [N·m], shape [3, 3].
+    """
+
+    operator: CurvatureOperator
+    matrix: sparse.csr_matrix
+    slopes: sparse.csr_matrix
+    between: np.ndarray
+    moduli: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,17 +165,16 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     found = _matrices(scene)[number]
     if found is None:
         return np.zeros(len(triangles))
-    operator, matrix, _, _ = found
-    return gershgorin(matrix, triangles, ply.fabric.areal_density * operator.areas)
+    return gershgorin(found.matrix, triangles, ply.fabric.areal_density * found.operator.areas)
 
 
 @lru_cache(maxsize=2)
-def _matrices(scene: Setup) -> tuple[tuple[Any, ...] | None, ...]:
-    """Per ply its operator and `CurvatureOperator.stiffness`, None where nothing resists bending.
+def _matrices(scene: Setup) -> tuple[PlyMatrices | None, ...]:
+    """What each ply resists bending with, None where nothing does.
 
     Kept for the scene that was asked for last: the step's bound and the forces both need them.
     """
-    found: dict[Any, tuple[Any, ...] | None] = {}
+    found: dict[Any, PlyMatrices | None] = {}
     alike = [_alike(scene, number) for number in range(len(scene.plies))]
     for number, kind in enumerate(alike):
         if kind not in found:
@@ -181,23 +198,24 @@ def _alike(scene: Setup, number: int) -> Any:
     )
 
 
-def _of_ply(scene: Setup, number: int) -> tuple[Any, ...] | None:
+def _of_ply(scene: Setup, number: int) -> PlyMatrices | None:
     ply = scene.plies[number]
-    if not ply.fabric.bends or not isinstance(ply.fabric.bending, Bending):
+    law = ply.fabric.bending
+    if not ply.fabric.bends or not isinstance(law, Bending):
         return None
     operator = curvatures_of(scene, number)
-    matrix, slopes, between = operator.stiffness(ply.fabric.bending.moduli)
+    matrix, slopes, between = operator.stiffness(law.moduli)
     matrix.data[np.abs(matrix.data) < NEGLIGIBLE * np.abs(matrix.data).max()] = 0.0
     matrix.eliminate_zeros()
     matrix.sort_indices()
-    return operator, matrix, slopes, between.toarray()
+    return PlyMatrices(operator, matrix, slopes, between.toarray(), law.moduli)
 
 
 def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Bendings | None:
     """Put the bending of all plies on a device; None where no ply has any."""
     found = zip(_matrices(scene), spans, strict=True)
     plies = {
-        number: _build_ply(scene, number, span, *matrices, device)
+        number: _build_ply(scene, number, span, matrices, device)
         for number, (matrices, span) in enumerate(found)
         if matrices is not None
     }
@@ -208,13 +226,10 @@ def _build_ply(
     scene: Setup,
     number: int,
     span: Span,
-    operator: CurvatureOperator,
-    matrix: sparse.csr_matrix,
-    slopes: sparse.csr_matrix,
-    between: np.ndarray,
+    matrices: PlyMatrices,
     device: str,
 ) -> PlyBending:
-    ply = scene.plies[number]
+    ply, matrix = scene.plies[number], matrices.matrix
     rows = Rows()
     rows.first = wp.array(matrix.indptr, dtype=wp.int32, device=device)
     rows.vertex = wp.array(matrix.indices + span.first_vertex, dtype=wp.int32, device=device)
@@ -222,10 +237,10 @@ def _build_ply(
     holding = [clamp.ply == ply.name and clamp.slope == "held" for clamp in scene.clamps]
     return PlyBending(
         span,
-        operator,
-        ply.fabric.bending.moduli,
+        matrices.operator,
+        matrices.moduli,
         rows,
-        _slopes(scene, number, span, slopes, between, device) if any(holding) else None,
+        _slopes(scene, number, span, matrices, device) if any(holding) else None,
         any(h and clamp.matrix is not None for h, clamp in zip(holding, scene.clamps, strict=True)),
     )
 
@@ -234,15 +249,14 @@ def _slopes(
     scene: Setup,
     number: int,
     span: Span,
-    matrix: sparse.csr_matrix,
-    between: np.ndarray,
+    matrices: PlyMatrices,
     device: str,
 ) -> Slopes:
     """Entries of vertices and clamps, both columns of a clamp's matrix together."""
     ply, clamps = scene.plies[number], len(scene.clamps)
     full = np.zeros((2 * clamps, 2 * clamps))
-    full[: len(between), : len(between)] = between
-    pairs = matrix.tocoo()
+    full[: len(matrices.between), : len(matrices.between)] = matrices.between
+    pairs = matrices.slopes.tocoo()
     key, place = np.unique(
         pairs.row.astype(np.int64) * clamps + pairs.col // 2, return_inverse=True
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -124,19 +125,21 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     """Bound on ω² [1/s²] of each triangle of a ply, 0 where it has no such bending."""
     ply = scene.plies[number]
     triangles = np.asarray(ply.mesh.triangles)
-    operator = _operators(scene)[number]
-    if operator is None:
+    found = _operators(scene)[number]
+    if found is None:
         return np.zeros(len(triangles))
-    matrix, _, _ = operator.stiffness(ply.fabric.bending.stiffest)
+    operator, law = found
+    matrix, _, _ = operator.stiffness(law.stiffest)
     return gershgorin(matrix, triangles, ply.fabric.areal_density * operator.areas)
 
 
 @lru_cache(maxsize=2)
-def _operators(scene: Setup) -> tuple[CurvatureOperator | None, ...]:
-    """Per ply its operator, None where no curve is given; kept for the scene asked for last."""
+def _operators(scene: Setup) -> tuple[tuple[CurvatureOperator, BendingCurve] | None, ...]:
+    """Per ply its operator and law, None where no curve is given; kept for the last scene."""
+    laws = [ply.fabric.bending for ply in scene.plies]
     return tuple(
-        curvatures_of(scene, number) if isinstance(ply.fabric.bending, BendingCurve) else None
-        for number, ply in enumerate(scene.plies)
+        (curvatures_of(scene, number), law) if isinstance(law, BendingCurve) else None
+        for number, law in enumerate(laws)
     )
 
 
@@ -147,15 +150,20 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> BendingCurves |
         InputError: if a clamp that turns holds the slope of such a ply.
     """
     plies = {
-        number: _build_ply(scene, number, span, operator, device)
-        for number, (operator, span) in enumerate(zip(_operators(scene), spans, strict=True))
-        if operator is not None
+        number: _build_ply(scene, number, span, *found, device)
+        for number, (found, span) in enumerate(zip(_operators(scene), spans, strict=True))
+        if found is not None
     }
     return BendingCurves(plies, scene) if plies else None
 
 
 def _build_ply(
-    scene: Setup, number: int, span: Span, operator: CurvatureOperator, device: str
+    scene: Setup,
+    number: int,
+    span: Span,
+    operator: CurvatureOperator,
+    law: BendingCurve,
+    device: str,
 ) -> PlyBendingCurve:
     ply = scene.plies[number]
     for clamp in scene.clamps:
@@ -171,8 +179,8 @@ def _build_ply(
         operator,
         start,
         _rows(operator, start, np.asarray(ply.mesh.triangles), span, device),
-        _law(ply.fabric.bending, device),
-        ply.fabric.bending.onset,
+        _law(law, device),
+        law.onset,
     )
 
 
@@ -200,9 +208,9 @@ def _rows(
 
 def _law(bending: BendingCurve, device: str) -> BendingLaw:
     law = BendingLaw()
-    law.warp = _curve(bending, bending.moments_warp, device)
-    law.weft = _curve(bending, bending.moments_weft, device)
-    law.in_plane = wp.vec2d(*bending.in_plane)
+    law.warp = _curve(bending, np.asarray(bending.moments_warp), device)
+    law.weft = _curve(bending, np.asarray(bending.moments_weft), device)
+    law.in_plane = wp.vec2d(*cast(tuple[float, float], bending.in_plane))
     law.twist = bending.twist
     law.yield_moment = wp.vec2d(*bending.friction)
     law.onset = wp.vec2d(*bending.onset)
@@ -211,7 +219,7 @@ def _law(bending: BendingCurve, device: str) -> BendingLaw:
 
 def _curve(bending: BendingCurve, moments: np.ndarray, device: str) -> ShearCurve:
     """A monotone curve through points, odd, linear past the last; its energies at the points."""
-    at, slopes = bending.curvatures, bending.slopes(moments)
+    at, slopes = np.asarray(bending.curvatures), bending.slopes(moments)
     steps = np.diff(at)
     mean = 0.5 * (moments[:-1] + moments[1:]) + steps * (slopes[:-1] - slopes[1:]) / 12.0
     curve = ShearCurve()

@@ -21,7 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import flat_gradients
+from warpdrape.blanks.triangles import cross, dot, flat_gradients, two_sides
 from warpdrape.forces.vertex_gradients import signed_areas, vertex_gradients
 from warpdrape.setup import Setup
 
@@ -159,18 +159,15 @@ def out_of_plane(ply: Ply, points: np.ndarray, curvature: np.ndarray) -> np.ndar
     """
     triangles = np.asarray(ply.mesh.triangles)
     gradients, areas = flat_gradients(ply)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    ab, ac = b - a, c - a
-    normal = np.cross(ab, ac)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    share = np.bincount(triangles.ravel(), np.repeat(areas, 3), len(points))
-    found = np.empty((len(points), 2))
-    for family in (0, 1):
-        d = gradients[:, 2 * family : 2 * family + 2]
-        yarn = d[:, :1] * ab + d[:, 1:] * ac
-        bent = (curvature[:, family] * normal).sum(axis=1) / (yarn**2).sum(axis=1)
-        total = np.bincount(triangles.ravel(), np.repeat(areas * bent, 3), len(points))
-        found[:, family] = total / share
+    ab, ac = two_sides(points, triangles)
+    normal = cross(ab, ac)
+    normal /= np.sqrt(dot(normal, normal))
+    corners, found = triangles.ravel(), np.empty((len(points), 2))
+    share = np.bincount(corners, np.repeat(areas, 3), len(points))
+    for family, d in enumerate(gradients.T.reshape(2, 2, -1)):
+        yarn = d[0] * ab + d[1] * ac
+        bent = dot(curvature[:, family].T, normal) / dot(yarn, yarn)
+        found[:, family] = np.bincount(corners, np.repeat(areas * bent, 3), len(points)) / share
     return found
 
 

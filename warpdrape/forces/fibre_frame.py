@@ -13,7 +13,9 @@ from warpdrape.materials.laws import IsotropicMembrane
 from warpdrape.setup import Setup
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> StressedMembranes:
+def build(
+    scene: Setup, spans: tuple[Span, ...], time_step: float, device: str
+) -> StressedMembranes:
     """Put the membranes of all plies on a device."""
     return build_stressed(scene, spans, device, fibre_rows)
 

@@ -49,7 +49,9 @@ class Sheared(NamedTuple):
     shear: float
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> StressedMembranes:
+def build(
+    scene: Setup, spans: tuple[Span, ...], time_step: float, device: str
+) -> StressedMembranes:
     """Put the membranes of all plies on a device."""
     return build_stressed(scene, spans, device, polar_rows)
 

@@ -90,7 +90,9 @@ class StressedPly:
             wp.zeros(self.patches, dtype=PatchState, device=device),
         )
 
-    def launch(self, first: int, count: int, x: wp.array, memory: StressState, f: wp.array):
+    def launch(
+        self, first: int, count: int, x: wp.array, memory: StressState, f: wp.array
+    ) -> Launch:
         """Launch of a run of its patches."""
         inputs = [first, *self.inputs, x]
         return Launch(self.kernels[0], count, inputs, [memory.triangles, memory.patches, f])

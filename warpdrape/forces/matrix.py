@@ -67,7 +67,7 @@ class PlyMatrix:
         first, count = share.of(self.span.triangle_count)
         if not count:
             return ()
-        warmth = bodies.heat.temperature if self.law.cools else self.areas  # not read
+        warmth = bodies.cooling.temperature if self.law.cools else self.areas  # not read
         inputs = [first, self.triangles, self.gradients, self.areas, self.law, self.rest_angle]
         inputs += [bodies.plies.x, warmth, share.number, passed]
         return (Launch(add_matrix_forces, count, inputs, [memory, bodies.plies.f]),)
@@ -131,7 +131,7 @@ class Matrices:
             if of.lags:
                 lag = max(lag, math.degrees(float(np.abs(turned).max())))
             if of.law.cools:
-                warmth = bodies.heat.temperature.numpy()[of.span.vertices]
+                warmth = bodies.cooling.temperature.numpy()[of.span.vertices]
                 fields[number] = {"temperature": warmth}
                 readings[f"{self.names[number]}_mean_temperature_k"] = float(warmth.mean())
         readings["matrix_lag_deg"] = lag

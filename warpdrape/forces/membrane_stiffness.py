@@ -9,6 +9,7 @@ import numpy as np
 from warpdrape.blanks.flat_mesh import FlatMesh
 from warpdrape.blanks.ply import Ply
 from warpdrape.forces.pairs import patches_of
+from warpdrape.forces.recovery import guard_stiffness
 from warpdrape.materials.fabric import Fabric
 from warpdrape.materials.law_data import (
     initial_shear_stiffness,
@@ -32,7 +33,7 @@ def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], 
     """Bounds on the stiffness of a ply along warp and weft, and in shear [N/m].
 
     With what the yarns' viscosity takes of the step: c = ν Δt k acts on the velocity half a step
-    back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4.
+    back, so that (Δt ω)² + 2 c Δt/m = (1 + 2 ν)(Δt ω)² ≤ 4; and with the guard of their recovery.
     """
     fabric = ply.fabric
     if isinstance(fabric.tension, MooneyRivlin):
@@ -46,7 +47,8 @@ def sheet_stiffness(ply: Ply, numerics: Numerics) -> tuple[tuple[float, float], 
     yarns = tension_stiffness(soften(fabric, numerics.yarn_softening))
     _, stabiliser = stabiliser_range(ply, numerics)
     drag = yarn_viscosity(fabric, numerics)
-    warp, weft = (y + 2.0 * d + stabiliser for y, d in zip(yarns, drag, strict=True))
+    guard = guard_stiffness(ply, numerics)
+    warp, weft = (y + g + 2.0 * d + stabiliser for y, g, d in zip(yarns, guard, drag, strict=True))
     return (warp, weft), shear
 
 

@@ -48,8 +48,8 @@ def arrange_pairs(
     Returns:
         Structured array of `TwoPairs`, shape [p / 2].
     """
-    quads, *of_two = pair_gradients(triangles, gradients, pairs)
-    return two_by_two(quads + first_vertex, *of_two, areas[pairs], stabiliser)
+    quads, da, db = pair_gradients(triangles, gradients, pairs)
+    return two_by_two(quads + first_vertex, da, db, areas[pairs], stabiliser)
 
 
 def two_by_two(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import warp as wp
 from warpdrape.blanks.ply import Ply
 from warpdrape.blanks.yarn_chains import YarnChains
 from warpdrape.forces import yarns
-from warpdrape.forces.membrane import yarn_viscosity
+from warpdrape.forces.membrane import without_rates, yarn_viscosity
 from warpdrape.forces.pressed_crossings import bearers_on, press_crossings
 from warpdrape.forces.sliding_chains import (
     CLOSEST,
@@ -20,7 +21,7 @@ from warpdrape.forces.sliding_chains import (
     along_bars,
     bars_on,
     chains_of,
-    check_card,
+    crossover_of,
     crossovers_on,
     kernels_of,
     law_of,
@@ -30,6 +31,7 @@ from warpdrape.interaction import Bodies, Launch, Launches, Share, Span
 from warpdrape.kernels.forces.bar_loads import make_no_tension
 from warpdrape.kernels.forces.membrane import make_yarn_membrane
 from warpdrape.kernels.forces.pressed_crossings import Bearers
+from warpdrape.kernels.forces.recovery import Recovery
 from warpdrape.kernels.forces.slides import take_slides
 from warpdrape.kernels.forces.sliding_bars import BarMemory, take_bars
 from warpdrape.kernels.forces.yarn_chains import Bars, Crossovers, Slide
@@ -95,7 +97,8 @@ class PlySliding:
         net = self.pinned.net
         nothing = wp.empty(0, self.pinned.load.memory, device=x.device)
         ours = share.of(len(net.quadrants)), share.of(len(net.carried))
-        scatter = self.pinned.launches(*ours, x, nothing, f)
+        recovered = wp.empty(0, Recovery, device=x.device)
+        scatter = self.pinned.launches(*ours, x, nothing, recovered, f)
         known, push = [self.law, self.bars, self.crossovers, memory.slides], []
         if bars.count:
             first, count = bars
@@ -160,15 +163,14 @@ class PlySliding:
 
 def build_ply_sliding(scene: Setup, ply: Ply, span: Span, device: str) -> PlySliding:
     """Put a ply's yarns on a device."""
-    check_card(ply)
+    law = crossover_of(ply)
     chains, numerics = chains_of(ply), scene.numerics
-    couples = yarns.build_ply_yarns(ply, numerics, span, device)
+    couples = yarns.build_ply_yarns(ply, numerics, span, without_rates(), device)
     add_couples, measure = _couples(*membrane_functions(ply.fabric)[2:])
     pinned = replace(
         couples,
         load=couples.load._replace(kernel=add_couples),
         measurement=(measure, couples.measurement[1]),
-        viscosity=(0.0, 0.0),
     )
     return PlySliding(
         pinned,
@@ -176,8 +178,8 @@ def build_ply_sliding(scene: Setup, ply: Ply, span: Span, device: str) -> PlySli
         kernels_of(ply),
         law_of(ply, numerics, device),
         bars_on(ply, chains, numerics, span, device),
-        crossovers_on(scene, ply, chains, _stiffest(ply, chains, numerics), device),
-        bearers_on(ply, chains, span, device),
+        crossovers_on(scene, ply, law, chains, _stiffest(ply, chains, numerics), device),
+        bearers_on(ply, law, chains, span, device),
     )
 
 
@@ -189,6 +191,6 @@ def _stiffest(ply: Ply, chains: YarnChains, numerics: Numerics) -> np.ndarray:
 
 
 @functools.cache
-def _couples(shear, shear_energy, Tension, Shear) -> tuple:
+def _couples(shear: Callable, shear_energy: Callable, Tension: type, Shear: type) -> tuple:
     """Kernels of quadrants that have couples alone."""
     return make_yarn_membrane(*make_no_tension(Tension), shear, shear_energy, Tension, Shear)

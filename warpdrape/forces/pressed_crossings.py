@@ -12,6 +12,7 @@ from warpdrape.forces.ply_net import net_of
 from warpdrape.interaction import Bodies, Launch, Run, Span
 from warpdrape.kernels.forces.pressed_crossings import Bearers, compute_pressed
 from warpdrape.kernels.forces.yarn_chains import Crossovers
+from warpdrape.materials.crossover import Crossover
 
 
 def bearing(ply: Ply, chains: YarnChains) -> sparse.csr_matrix:
@@ -31,9 +32,11 @@ def bearing(ply: Ply, chains: YarnChains) -> sparse.csr_matrix:
     return (sparse.diags(per_crossing) @ by_vertex[chains.vertices]).tocsr()
 
 
-def bearers_on(ply: Ply, chains: YarnChains, span: Span, device: str) -> Bearers | None:
+def bearers_on(
+    ply: Ply, law: Crossover, chains: YarnChains, span: Span, device: str
+) -> Bearers | None:
     """Put them on a device; None where yarns do not rub where they cross."""
-    if ply.fabric.crossover.yarn_friction == 0.0:
+    if law.yarn_friction == 0.0:
         return None
     rows = bearing(ply, chains)
     out = Bearers()

@@ -91,7 +91,7 @@ class Pressures:
             readings[f"{pressure.name}_pressure_pa"] = float(UPWARDS[pressure.side] * now[load])
             readings[f"{pressure.name}_force_z_n"] = float(force[:, 2].sum())
             readings[f"{pressure.name}_work_j"] = done
-        nothing = tuple({} for _ in self.scene.plies)
+        nothing: tuple[dict[str, np.ndarray], ...] = tuple({} for _ in self.scene.plies)
         return Measured(fields=nothing, work=work, readings=readings)
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -125,7 +125,7 @@ def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Pressures | Non
     if not scene.pressures:
         return None
     names = [ply.name for ply in scene.plies]
-    corners = []
+    corners: list[wp.array] = []
     for pressure in scene.pressures:
         ply, span = scene.plies[names.index(pressure.ply)], spans[names.index(pressure.ply)]
         triangles = np.asarray(ply.mesh.triangles)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +31,7 @@ from warpdrape.kernels.forces.sliding_bars import make_bar_kernels
 from warpdrape.kernels.forces.yarn_chains import Bars, Crossovers
 from warpdrape.kernels.materials.crimp import CrimpInterchange as CrimpStruct
 from warpdrape.kernels.materials.tension import LinearTension as LinearStruct
+from warpdrape.materials.crossover import Crossover
 from warpdrape.materials.law_data import membrane_functions, tension_struct
 from warpdrape.materials.laws import CrimpInterchange, LinearTension
 from warpdrape.materials.softening import soften
@@ -59,8 +61,12 @@ class ChainKernels:
     measure_slides: Any
 
 
-def check_card(ply: Ply) -> None:
-    """Raise `InputError` where a ply's fabric does not say how its yarns slide."""
+def crossover_of(ply: Ply) -> Crossover:
+    """How the yarns of a ply's fabric slide.
+
+    Raises:
+        InputError: where its card does not say so.
+    """
     fabric = ply.fabric
     net_of(ply)
     if fabric.crossover is None:
@@ -77,6 +83,7 @@ def check_card(ply: Ply) -> None:
             "the force that the yarns' crimp presses with, and its tension law knows no crimp: "
             "give crossover.friction beside it, per tension of the crossed yarn"
         )
+    return law
 
 
 def is_coupled(ply: Ply) -> bool:
@@ -91,7 +98,7 @@ def kernels_of(ply: Ply) -> ChainKernels:
 
 
 @functools.cache
-def _made(tension, tension_energy, Tension) -> ChainKernels:
+def _made(tension: Callable, tension_energy: Callable, Tension: type) -> ChainKernels:
     press = make_no_press(Tension)
     if Tension is LinearStruct:
         loads, energy = make_lone_loads(linear_own_loads, linear_own_energy, Tension)
@@ -149,18 +156,24 @@ def bars_on(ply: Ply, chains: YarnChains, numerics: Numerics, span: Span, device
 
 
 def crossovers_on(
-    scene: Setup, ply: Ply, chains: YarnChains, stiffness: np.ndarray, device: str
+    scene: Setup,
+    ply: Ply,
+    law: Crossover,
+    chains: YarnChains,
+    stiffness: np.ndarray,
+    device: str,
 ) -> Crossovers:
     """Springs of bundles: as many as there are crossings of single yarns in their area.
 
     Args:
         scene: whose clamps may grip yarns.
         ply: the ply.
+        law: of its crossovers.
         chains: its yarns.
         stiffness: from `along_bars` [N/m], shape [bar].
         device: Warp device.
     """
-    law, fabric = ply.fabric.crossover, ply.fabric
+    fabric = ply.fabric
     crossings = (chains.areas / fabric.cell_area)[:, None]
     held = np.zeros(len(ply.mesh.vertices), np.int32)
     for clamp in scene.clamps:
@@ -173,8 +186,8 @@ def crossovers_on(
 
     out = Crossovers()
     out.bars = wp.array(chains.bars, dtype=wp.vec4i, device=device)
-    out.slip = pairs(crossings * (law.slip_force_warp, law.slip_force_weft))
-    out.stiffness = pairs(crossings * (law.stiffness_warp, law.stiffness_weft))
+    out.slip = pairs(crossings * np.array((law.slip_force_warp, law.slip_force_weft)))
+    out.stiffness = pairs(crossings * np.array((law.stiffness_warp, law.stiffness_weft)))
     crossed = fabric.yarn_width[::-1]  # of the yarn that is crossed, whose tension presses
     out.friction = pairs(crossings * law.friction * np.array(crossed))
     rubbing = law.yarn_friction * crossings[:, 0]

@@ -19,7 +19,7 @@ from warpdrape.forces import membrane, yarns
 from warpdrape.forces.membrane import strain_entries, summary_of_softening
 from warpdrape.forces.ply_net import net_of, yarns_per_bar
 from warpdrape.forces.ply_sliding import PlySliding, SlidingMemory, build_ply_sliding
-from warpdrape.forces.sliding_chains import along_bars, chains_of, check_card, closeness
+from warpdrape.forces.sliding_chains import along_bars, chains_of, closeness, crossover_of
 from warpdrape.interaction import Bodies, Launches, Measured, Share, Span
 from warpdrape.kernels.forces.slides import SLIDES_SHARE
 from warpdrape.numerics import Numerics
@@ -86,7 +86,7 @@ class SlidingYarns:
         return found | {"yarns_per_bar": per_bar}, warnings
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> SlidingYarns:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> SlidingYarns:
     """Put the yarns of all plies on a device."""
     plies = zip(scene.plies, spans, strict=True)
     return SlidingYarns(
@@ -131,7 +131,7 @@ def frequencies(scene: Setup, number: int) -> np.ndarray:
     As `yarns.frequencies`, of bars as short as they may get; without slides, see `slides_share`.
     """
     ply, numerics = scene.plies[number], scene.numerics
-    check_card(ply)
+    crossover_of(ply)  # refuses a card without
     chains, net = chains_of(ply), net_of(ply)
     stiffness, shear = membrane.sheet_stiffness(ply, numerics)
     k = along_bars(ply, chains, np.array(stiffness))[:, None, None] * np.ones((2, 2))

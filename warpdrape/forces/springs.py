@@ -101,7 +101,7 @@ class Springs:
             readings[f"{spring.name}_work_j"] = done
             readings[f"{spring.name}_slip_m"] = float(mine.slipped.numpy().max())
             readings[f"{spring.name}_broken"] = float((mine.state.numpy() == BROKEN).mean())
-        nothing = tuple({} for _ in self.scene.plies)
+        nothing: tuple[dict[str, np.ndarray], ...] = tuple({} for _ in self.scene.plies)
         return Measured(fields=nothing, work=work, readings=readings)
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:

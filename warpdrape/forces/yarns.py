@@ -25,11 +25,18 @@ from warpdrape.forces import membrane
 from warpdrape.forces.curvature import gershgorin
 from warpdrape.forces.membrane import (
     Load,
+    YarnRates,
+    rates_of,
     strain_entries,
     summary_of_softening,
-    yarn_viscosity,
 )
 from warpdrape.forces.ply_net import net_of, tie_stiffness, yarns_per_bar
+from warpdrape.forces.recovery import (
+    Recovered,
+    measured,
+    recovered_by,
+    start_recovery,
+)
 from warpdrape.interaction import Bodies, Launch, Launches, Measured, Run, Share, Span
 from warpdrape.kernels.forces.membrane import PatchMemory, make_yarn_membrane
 from warpdrape.kernels.forces.ties import Ties, add_tie_forces, measure_ties
@@ -58,7 +65,7 @@ class PlyYarns:
         load: what adds the quadrants' forces.
         measurement: launch (kernel, inputs) of strain, line tension and energy of quadrants.
         ties: what carries the other vertices.
-        viscosity: of warp and weft, line tension per change of strain in a step [N/m].
+        rates: what of its bars' tensions goes with time.
     """
 
     ply: Ply
@@ -67,7 +74,7 @@ class PlyYarns:
     load: Load
     measurement: tuple
     ties: Ties
-    viscosity: tuple[float, float]
+    rates: YarnRates
 
     @property
     def order(self) -> np.ndarray:
@@ -76,12 +83,18 @@ class PlyYarns:
         return np.argsort(home.indices[home.indptr[:-1]], kind="stable")
 
     def launches(
-        self, quadrants: Run, ties: Run, x: wp.array, memory: wp.array, f: wp.array
+        self,
+        quadrants: Run,
+        ties: Run,
+        x: wp.array,
+        memory: wp.array,
+        recovered: wp.array,
+        f: wp.array,
     ) -> list[Launch]:
         """Launches of a run of its quadrants and one of its ties."""
         found = []
         if quadrants.count:
-            found.append(self.load.launch(quadrants, x, self.viscosity, memory, f))
+            found.append(self.load.launch(quadrants, x, self.rates, memory, recovered, f))
         if ties.count:
             found.append(Launch(add_tie_forces, ties.count, [ties.first, self.ties, x], [f]))
         return found
@@ -107,6 +120,13 @@ class PlyYarns:
         energies[2] = tied.numpy().sum()
         return self.net.home @ strain, self.net.home @ tension, energies
 
+    def recovered(self, numerics: Numerics, memory: wp.array) -> Recovered | None:
+        """What its bars have recovered; None where they do not."""
+        if not memory.shape[0]:
+            return None
+        tension, *energies = recovered_by(self.ply, numerics, memory.numpy(), self.net.areas)
+        return Recovered(self.net.home @ tension, *energies)
+
 
 @dataclass(frozen=True, eq=False)
 class Yarns:
@@ -114,11 +134,11 @@ class Yarns:
 
     Attributes:
         plies: one for each ply.
-        softening: divisor of the yarns' tensions [-].
+        numerics: softening of their yarns, and recovery.
     """
 
     plies: tuple[PlyYarns, ...]
-    softening: float
+    numerics: Numerics
     name: str = "membrane"
     searches: str = ""
 
@@ -128,27 +148,36 @@ class Yarns:
         return tuple(of.order for of in self.plies)
 
     def start(self) -> tuple[wp.array, ...]:
-        """For each ply what its quadrants remember."""
-        return tuple(of.start() for of in self.plies)
+        """For each ply what its quadrants remember, then what they have recovered."""
+        return tuple(of.start() for of in self.plies) + tuple(
+            start_recovery(of.ply, self.numerics, of.load.remembered, str(of.ties.weight.device))
+            for of in self.plies
+        )
+
+    def _halves(self, memory: tuple[wp.array, ...]) -> tuple[tuple[wp.array, ...], ...]:
+        """Of `start`, what is remembered and what has been recovered."""
+        return memory[: len(self.plies)], memory[len(self.plies) :]
 
     def launches(self, share: Share, bodies: Bodies, memory: tuple[wp.array, ...]) -> Launches:
         """A part's share of every ply's quadrants and ties."""
         scatter = []
-        for of, kept in zip(self.plies, memory, strict=True):
+        for of, *kept in zip(self.plies, *self._halves(memory), strict=True):
             ours = share.of(len(of.net.quadrants)), share.of(len(of.net.carried))
-            scatter += of.launches(*ours, bodies.plies.x, kept, bodies.plies.f)
+            scatter += of.launches(*ours, bodies.plies.x, *kept, bodies.plies.f)
         return Launches(scatter=tuple(scatter))
 
     def measure(self, bodies: Bodies, memory: tuple[wp.array, ...]) -> Measured:
         """Energies, and per ply strain and line tension of its triangles."""
         shown = [of.measure(bodies.plies.x) for of in self.plies]
         energies = np.sum([energy for *_, energy in shown], axis=0)
-        names = ("yarn", "shear", "stabiliser")
-        return Measured(
-            dict(zip(names, map(float, energies), strict=True)),
-            {"viscosity": sum(float(m.numpy()["lost"].sum()) for m in memory)},
-            fields=tuple({"strain": e, "line_tension": t} for e, t, _ in shown),
-        )
+        stored = dict(zip(("yarn", "shear", "stabiliser"), map(float, energies), strict=True))
+        kept, recovered = self._halves(memory)
+        lost = {"viscosity": sum(float(m.numpy()["lost"].sum()) for m in kept)}
+        beside = [
+            of.recovered(self.numerics, own) for of, own in zip(self.plies, recovered, strict=True)
+        ]
+        yarns = [(strain, tension) for strain, tension, _ in shown]
+        return measured(stored, lost, yarns, beside, self.numerics.yarn_softening)
 
     def ply_entries(self, fields: Mapping[str, np.ndarray]) -> dict[str, float]:
         """What ``summary.json`` says of a ply's yarns."""
@@ -158,21 +187,26 @@ class Yarns:
         self, history: Mapping[str, np.ndarray], fields: Sequence[Mapping[str, np.ndarray]]
     ) -> tuple[dict, list[str]]:
         """What ``summary.json`` says of all of them, and warnings."""
-        found, warnings = summary_of_softening(self.softening, history, fields)
+        found, warnings = summary_of_softening(self.numerics.yarn_softening, history, fields)
         per_bar = {of.ply.name: yarns_per_bar(of.ply, of.net) for of in self.plies}
         return found | {"yarns_per_bar": per_bar}, warnings
 
 
-def build(scene: Setup, spans: tuple[Span, ...], device: str) -> Yarns:
+def build(scene: Setup, spans: tuple[Span, ...], time_step: float, device: str) -> Yarns:
     """Put the nets of all plies on a device."""
-    plies = zip(scene.plies, spans, strict=True)
+    plies, numerics = zip(scene.plies, spans, strict=True), scene.numerics
     return Yarns(
-        tuple(build_ply_yarns(ply, scene.numerics, span, device) for ply, span in plies),
-        scene.numerics.yarn_softening,
+        tuple(
+            build_ply_yarns(ply, numerics, span, rates_of(ply, numerics, time_step), device)
+            for ply, span in plies
+        ),
+        scene.numerics,
     )
 
 
-def build_ply_yarns(ply: Ply, numerics: Numerics, span: Span, device: str) -> PlyYarns:
+def build_ply_yarns(
+    ply: Ply, numerics: Numerics, span: Span, rates: YarnRates, device: str
+) -> PlyYarns:
     """Put a ply's net on a device."""
     net, fabric = net_of(ply), ply.fabric
     count = len(net.quadrants)
@@ -198,8 +232,7 @@ def build_ply_yarns(ply: Ply, numerics: Numerics, span: Span, device: str) -> Pl
     ties.weight = wp.array(net.ties.data, dtype=wp.float64, device=device)
     ties.stiffness = wp.array(tie_stiffness(ply, numerics), dtype=wp.float64, device=device)
     load = Load(add_forces, count, [0, *inputs], PatchMemory, count)
-    viscosity = yarn_viscosity(fabric, numerics)
-    return PlyYarns(ply, span, net, load, (measure, inputs), ties, viscosity)
+    return PlyYarns(ply, span, net, load, (measure, inputs), ties, rates)
 
 
 @functools.cache

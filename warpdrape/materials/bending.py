@@ -9,7 +9,6 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, finite, numbers, positive
 from warpdrape.wording import brief
@@ -175,6 +174,8 @@ class BendingCurve:
 
     def slopes(self, moments: ArrayLike) -> np.ndarray:
         """dM/dκ at the points of a curve that is monotone between them [N·m]."""
+        from scipy.interpolate import PchipInterpolator  # when needed: a run starts sooner
+
         return PchipInterpolator(self.curvatures, moments).derivative()(self.curvatures)
 
     @property

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from warpdrape.errors import InputError, numbers, positive
 from warpdrape.wording import brief
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 POINTS = 60
 """Points of the table that a power law becomes."""
@@ -119,6 +122,8 @@ class Compaction:
     @cached_property
     def _curve(self) -> PchipInterpolator:
         """Pressure over what the ply has been closed by."""
+        from scipy.interpolate import PchipInterpolator  # when needed: a run starts sooner
+
         return PchipInterpolator(self.thickness - np.asarray(self.thicknesses), self.pressures)
 
     @cached_property

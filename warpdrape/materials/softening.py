@@ -21,6 +21,9 @@ from warpdrape.materials.laws import CrimpInterchange, LinearTension, TabulatedT
 
 STRAIN_WARNING = 2e-3
 """Strain owed to softening above which a run warns [-]."""
+TINY = 1e-300
+RECOVERY_WARNING = 0.2
+"""Energy that recovery may give over the work from outside before a run warns [-]."""
 
 
 def soften(fabric: Fabric, softening: float) -> Fabric:
@@ -70,9 +73,10 @@ def softening_entries(
 ) -> dict[str, float]:
     """Entries of ``summary.json``: the softening, and what it may have cost by the end.
 
-    The strain owed to it, ε(1 − 1/s), is exact for linear yarns; yarns
-    that stiffen as they stretch owe less. What yarns store over what the plies do says how far they
-    are from inextensible.
+    The strain owed to it, ε(1 − 1/s), is exact for linear yarns; yarns that stiffen as they stretch
+    owe less. Where they recover the history has what is still owed, and its mean over the run tells
+    what was owed on the way. What yarns store over what the plies do says how far they are from
+    inextensible.
 
     Args:
         softening: divisor s of the tensions [-].
@@ -80,11 +84,34 @@ def softening_entries(
         strain: the largest yarn strain at the end [-].
     """
     internal = float(history["internal_j"][-1])
-    return {
+    entries = {
         "yarn_softening": float(softening),
         "softening_strain": max(strain, 0.0) * (1.0 - 1.0 / softening),
         "yarn_energy_ratio": float(history["yarn_j"][-1]) / internal if internal > 0.0 else 0.0,
     }
+    if "softening_strain" in history:
+        owed = history["softening_strain"]
+        entries["softening_strain"] = float(owed[-1])
+        entries["mean_softening_strain"] = float(np.mean(owed))
+    return entries
+
+
+def recovery_warnings(history: Mapping[str, np.ndarray]) -> list[str]:
+    """Warn where what softened yarns recovered moved the plies: they keep swinging then.
+
+    Args:
+        history: columns over the frames.
+    """
+    if "recovery_j" not in history:
+        return []
+    given, work = -float(history["recovery_j"][-1]), float(history["external_work_j"][-1])
+    if given <= RECOVERY_WARNING * abs(work):
+        return []
+    return [
+        f"softened yarns gave {100 * given / max(abs(work), TINY):.2g} % of the work done as they "
+        "recovered their tension, and keep lightly loaded plies swinging by it: set "
+        "yarn_recovery = 0 (in press scenes take accuracy = reference)"
+    ]
 
 
 def softening_warnings(entries: Mapping[str, float]) -> list[str]:

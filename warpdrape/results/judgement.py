@@ -63,7 +63,7 @@ def judge(
         faults += _shear(ply, history, limits)
         if ply.get("woven", True):  # a diaphragm spans the mould beside the part
             faults += _bridges(ply, limits)
-        faults += _yarns(ply, limits, _stretched(summary))
+        faults += _yarns(summary, ply, limits)
         faults += _misalignment(ply, limits)
     known = [w["name"] for ply in summary["plies"] for w in ply["defects"].get("misalignment", ())]
     for name in limits.misalignment_deg:
@@ -182,28 +182,35 @@ def _bridges(ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
             yield Fault(ply["name"], words, bridge["at_m"], bridge["on_blank_m"])
 
 
-def _stretched(summary: Mapping[str, Any]) -> str:
-    """What to doubt of strains in a run whose yarns were softened; nothing in another."""
-    softening = summary.get("yarn_softening", 1.0)
-    if softening <= 1.0:
+def _doubt(summary: Mapping[str, Any], past: float) -> str:
+    """What to doubt of a yarn strain past its limit; nothing where softening does not explain it.
+
+    Args:
+        summary: as in ``summary.json``.
+        past: by which the strain exceeds the limit [-].
+    """
+    softening, owed = (summary.get(name, 0.0) for name in ("yarn_softening", "softening_strain"))
+    if softening <= 1.0 or past > owed:
         return ""
     return (
-        f" (yarns were softened {softening:.3g} times, which stretches them too far: take "
-        "yarn_softening = 1, in press scenes accuracy = reference, to be sure)"
+        f" (yarns were softened {softening:.3g} times, which stretches them by up to "
+        f"{_percent(owed)} too far: take yarn_softening = 1, in press scenes "
+        "accuracy = reference, to be sure)"
     )
 
 
-def _yarns(ply: Mapping[str, Any], limits: Limits, doubt: str) -> Iterator[Fault]:
-    """Strains of yarns; ``doubt`` says why they may be too large."""
+def _yarns(summary: Mapping[str, Any], ply: Mapping[str, Any], limits: Limits) -> Iterator[Fault]:
     for family, own in ply["defects"]["yarns"].items():
         if limits.yarn_strain is not None and own["max_strain"] > limits.yarn_strain:
             words = f"{family} strain of {_percent(own['max_strain'])}, allowed "
-            words += _percent(limits.yarn_strain) + doubt
+            words += _percent(limits.yarn_strain)
+            words += _doubt(summary, own["max_strain"] - limits.yarn_strain)
             yield Fault(ply["name"], words, own["max_at_m"], own["max_on_blank_m"])
         failed, most = own["failed_area_share"], limits.failed_yarn_area
         if most is not None and failed is not None and failed > most:
             words = f"{family} past its failure strain of {_percent(own['failure_strain'])} on "
-            words += _percent(failed) + doubt
+            words += _percent(failed)
+            words += _doubt(summary, own["max_strain"] - own["failure_strain"])
             yield Fault(ply["name"], words, own["max_at_m"], own["max_on_blank_m"])
     most, volume = limits.fibre_volume_fraction, ply.get("fibre_volume_fraction")
     if most is not None and volume is not None and volume["max"] > most:

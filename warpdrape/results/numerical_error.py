@@ -11,9 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from warpdrape.blanks.ply import Ply
+from warpdrape.blanks.ply import Ply, longest_yarn
 
 SOFTENING_SHEAR = math.degrees(5.7)
 """Change of the 95th percentile of shear by a strain owed to softer yarns [deg]: a square box's;
@@ -51,7 +49,8 @@ def numerical_error(summary: Mapping[str, Any], plies: Sequence[Ply]) -> dict[st
     if any(ply.fabric.matrix is not None for ply in plies):
         return {"not_known": "it was measured on dry plies, and a matrix is in these"}
     length = max(longest_yarn(ply) for ply in plies)
-    strain, kinetic = summary.get("softening_strain", 0.0), summary["kinetic_ratio_loaded"]
+    owed = (summary.get(f"{name}softening_strain", 0.0) for name in ("", "mean_"))
+    strain, kinetic = max(owed), summary["kinetic_ratio_loaded"]
     depth = summary["max_penetration_m"]
     parts = {
         "softer_yarns": (SOFTENING_SHEAR * strain, SOFTENING_DRAW_IN * strain * length),
@@ -64,12 +63,6 @@ def numerical_error(summary: Mapping[str, Any], plies: Sequence[Ply]) -> dict[st
 
 def _entry(error: Sequence[float]) -> dict[str, float]:
     return {"p95_shear_deg": float(error[0]), "draw_in_m": float(error[1])}
-
-
-def longest_yarn(ply: Ply) -> float:
-    """How far a flat ply reaches along its yarns at most [m]."""
-    flat = np.asarray(ply.mesh.vertices)
-    return float(max(np.ptp(flat @ direction) for direction in ply.yarn_directions))
 
 
 def numerical_error_text(summary: Mapping[str, Any]) -> str:

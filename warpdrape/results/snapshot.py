@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdrape.approaches import SLIDING_YARNS
 from warpdrape.blanks.ply import Ply
-from warpdrape.blanks.triangles import yarn_gradients
+from warpdrape.blanks.triangles import dot, flat_gradients, two_sides
 from warpdrape.contact.pressure import vertex_shapes
 from warpdrape.dynamics.model import Model
 from warpdrape.interaction import Measured
@@ -35,7 +35,7 @@ def read_plies(model: Model, state: State, measured: Sequence[Measured]) -> tupl
     for number, (ply, span) in enumerate(zip(model.scene.plies, model.spans, strict=True)):
         points = x[span.vertices].copy()
         triangles = np.asarray(ply.mesh.triangles)
-        gradients, _ = yarn_gradients(ply.mesh.vertices, triangles, *ply.yarn_directions)
+        gradients, _ = flat_gradients(ply)
         warp, weft, shear = yarn_state(points, triangles, gradients, ply.fabric.yarn_angle)
         fields: dict[str, Any] = {
             name: array.copy()
@@ -122,18 +122,12 @@ def yarn_state(
         gradients: of the yarn families, as in `Membrane` [1/m], shape [m, 4].
         yarn_angle: from warp to weft in the flat ply [rad].
     """
-    columns = np.ascontiguousarray(points.T)  # sums over rows of three are slow in numpy
-    a, b, c = (columns.take(corner, axis=1) for corner in triangles.T)
-    ab, ac = b - a, c - a
+    ab, ac = two_sides(points, triangles)
     d = gradients.T
     k1, k2 = _unit(d[0] * ab + d[1] * ac), _unit(d[2] * ab + d[3] * ac)
-    angle = np.arccos(np.clip(_dot(k1, k2), -1.0, 1.0))
+    angle = np.arccos(np.clip(dot(k1, k2), -1.0, 1.0))
     return np.ascontiguousarray(k1.T), np.ascontiguousarray(k2.T), yarn_angle - angle
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.sqrt(_dot(vectors, vectors))
+    return vectors / np.sqrt(dot(vectors, vectors))

@@ -184,6 +184,7 @@ PACED = dict.fromkeys(("kinetic_limit", "slowest_pace", "kinetic_over_limit"), n
 MAY_BE = {
     "process_clock": entries(dict.fromkeys(("process_s", "inertia"), number)),
     "kinetic_ratio_loaded": number,
+    "mean_softening_strain": number,
 }
 OF_STEPS = either("kinetic_limit", entries({**STEPPED, **PACED}, MAY_BE), entries(STEPPED, MAY_BE))
 SUMMARY = either("not_given", OF_A_NET, OF_STEPS)

@@ -173,10 +173,11 @@ def quality(summary: Mapping[str, Any]) -> str:
         parts.append(_loading(summary))
     parts += process_words(summary)
     if summary["yarn_softening"] > 1.0:
-        parts.append(
-            f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "
-            f"{100 * summary['softening_strain']:.2g} % too large"
-        )
+        words = f"yarns softened {summary['yarn_softening']:.3g} times: strains up to "
+        words += f"{100 * summary['softening_strain']:.2g} % too large"
+        if "mean_softening_strain" in summary:
+            words += f" at the end, {100 * summary['mean_softening_strain']:.2g} % over the run"
+        parts.append(words)
     return "; ".join(parts)
 
 

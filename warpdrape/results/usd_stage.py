@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, Vt
 
+from warpdrape.distinct import distinct_rows
 from warpdrape.errors import InputError, said
 from warpdrape.results.shading import ply_normals, tool_normals
 from warpdrape.results.shear_colors import COLOR_RANGE_DEG
@@ -259,14 +260,13 @@ def define_tool(
     usd_mesh = _define_mesh(stage, "tools", mesh, material)
     usd_mesh.CreatePointsAttr(to_usd(mesh.points))
     usd_mesh.CreateExtentAttr(to_usd(extent(mesh.points)))
-    values, which = np.unique(
-        tool_normals(mesh.points, mesh.triangles), axis=0, return_inverse=True
-    )
+    at_corners = tool_normals(mesh.points, mesh.triangles)
+    first, which = distinct_rows(at_corners)
     normals = UsdGeom.PrimvarsAPI(usd_mesh).CreatePrimvar(
         "normals", Sdf.ValueTypeNames.Normal3fArray, UsdGeom.Tokens.faceVarying
     )
-    normals.Set(to_usd(values))
-    normals.SetIndices(to_usd(which.ravel().astype(np.int32)))
+    normals.Set(to_usd(at_corners[first]))
+    normals.SetIndices(to_usd(which.astype(np.int32)))
     usd_mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_COLOR])
     usd_mesh.CreateDisplayOpacityPrimvar(UsdGeom.Tokens.constant).Set([_TOOL_OPACITY])
     way = usd_mesh.AddTranslateOp()

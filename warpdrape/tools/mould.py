@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
 from warpdrape.cad_file import is_cad
 from warpdrape.errors import InputError, one_of, positive
 from warpdrape.errors import length as size
+from warpdrape.materials.friction import Friction
 from warpdrape.mesh_file import UNITS
 from warpdrape.tools.counterpart import counterpart
 from warpdrape.tools.floating import Float
@@ -19,6 +20,7 @@ from warpdrape.tools.holder_ring import holder_ring
 from warpdrape.tools.mould_face import Face, face_of
 from warpdrape.tools.tool import Tool
 from warpdrape.tools.tool_mesh import cad_surface
+from warpdrape.tools.tool_options import ToolOptions
 
 KINDS = ("female", "male")
 UPWARD = {
@@ -93,7 +95,7 @@ class Mould:
         kind: str | None = None,
         up: str = "z",
         name: str = "mould",
-        friction: Any = None,
+        friction: float | Friction | None = None,
     ) -> Mould:
         """Read a mould from a file.
 
@@ -137,7 +139,7 @@ class Mould:
         x, y = 0.5 * (low + high)
         return float(x), float(y)
 
-    def counterpart(self, name: str, *, gap: float, **options: Any) -> Tool:
+    def counterpart(self, name: str, *, gap: float, **options: Unpack[ToolOptions]) -> Tool:
         """Make the tool that closes on it, where it stands at the end.
 
         In a female mould it ends where the flat rim begins, which is the holder's; over a male one
@@ -206,7 +208,7 @@ def _read(
     name: str,
     units: str | None,
     tolerance: float | None,
-    friction: Any,
+    friction: float | Friction | None,
 ) -> tuple[Tool, str]:
     """The tool in a file, and the file's unit: stated there, or given."""
     if is_cad(path):

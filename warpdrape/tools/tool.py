@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Unpack
 
 import numpy as np
 import trimesh
@@ -18,6 +19,7 @@ from warpdrape.tools.motion import Prescribed, Still, vector
 from warpdrape.tools.pose import Pose, rotation, shifted
 from warpdrape.tools.profile import Surface
 from warpdrape.tools.tool_mesh import read_surface
+from warpdrape.tools.tool_options import ToolOptions
 from warpdrape.tools.turn import Turn
 from warpdrape.wording import heading, surface
 
@@ -138,7 +140,7 @@ class Tool:
         *,
         scale: float = 1.0,
         tolerance: float | None = None,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Make a tool from a mesh or CAD file or a trimesh; its facets' outside meets the plies.
 
@@ -170,7 +172,7 @@ class Tool:
         radius: float,
         height: float | None = None,
         facet: float = 5e-3,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Hemisphere on a cylinder, pole at the origin, pointing down.
 
@@ -194,7 +196,7 @@ class Tool:
         outer_radius: float,
         depth: float = 0.03,
         facet: float = 5e-3,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Flat ring facing up at z = 0, its hole's edge rounded.
 
@@ -220,7 +222,7 @@ class Tool:
         edge_radius: float = 2e-3,
         facet: float = 5e-3,
         sector: tuple[float, float] | None = None,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Flat ring facing down at z = 0, its hole's edge rounded; or a sector of one.
 
@@ -248,7 +250,7 @@ class Tool:
         edge_radius: float = 5e-3,
         depth: float = 0.05,
         facet: float = 5e-3,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Round table facing up at z = 0, its rim rounded.
 
@@ -264,7 +266,14 @@ class Tool:
         return cls(name=name, surface=surface, **options)
 
     @classmethod
-    def sphere(cls, name: str = "sphere", *, radius: float, facet: float = 5e-3, **options) -> Tool:
+    def sphere(
+        cls,
+        name: str = "sphere",
+        *,
+        radius: float,
+        facet: float = 5e-3,
+        **options: Unpack[ToolOptions],
+    ) -> Tool:
         """Upper three quarters of a sphere, its pole at the origin, pointing up."""
         return cls(name=name, surface=basic_shapes.sphere(radius, facet), **options)
 
@@ -277,7 +286,7 @@ class Tool:
         height: float,
         facing: str = "up",
         facet: float = 0.05,
-        **options,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Flat plate at z = 0, centred at the origin.
 
@@ -294,7 +303,13 @@ class Tool:
 
     @classmethod
     def drum(
-        cls, name: str = "drum", *, radius: float, length: float, facet: float = 5e-3, **options
+        cls,
+        name: str = "drum",
+        *,
+        radius: float,
+        length: float,
+        facet: float = 5e-3,
+        **options: Unpack[ToolOptions],
     ) -> Tool:
         """Cylinder about the y axis, centred at the origin.
 
