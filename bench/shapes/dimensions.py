@@ -48,7 +48,9 @@ def dimensions(name: str, _: Runs) -> str:
         default = parameters[each].default
         if default is None:  # the scene's own, for its stack
             default = script.build().parameters[each]
-        rows.append([f"`{each}`", f"{factor * default:g}{suffix}", words.removesuffix(unit).strip()])
+        rows.append(
+            [f"`{each}`", f"{factor * default:g}{suffix}", words.removesuffix(unit).strip()]
+        )
     return markdown(("parameter", "default", "meaning"), rows)
 
 
