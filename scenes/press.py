@@ -42,8 +42,8 @@ FORCE_RAMP = 0.05
 REFERENCE, STANDARD = "reference", "standard"
 """Names of accuracies; the second is what ``fast`` stands for."""
 ACCURACY = STANDARD
-"""The accuracy where none is asked for: shapes of one ply are within 0.1° and 0.1 mm of a converged
-run with it (docs/performance.md)."""
+"""The accuracy where none is asked for: shapes of one ply are within 0.3° of a converged run with
+it, and within 0.11 mm but for a double dome's 0.49 (docs/performance.md)."""
 DURATIONS = {"draft": 0.04, "standard": 0.08, "reference": 0.16}
 """Time of a stroke by accuracy, where none is given [s]."""
 BRAKE = 0.85
