@@ -24,10 +24,8 @@ from warpdrape.numerics import Numerics
 
 SLOWER = 0.2
 """ω over that frequency [-]: what swings at ω itself is neither damped nor fed. Yarns that are
-pushed askew, as early in a stroke, swing as much slower as they lie flat."""
-MOST_OF_A_STEP = 0.2
-"""ω Δt at most [-]: of a few large triangles the slowest is nearly the fastest. With both, no step
-up to the stable one lets anything grow (tests/test_recovery.py)."""
+pushed askew, as early in a stroke, swing as much slower as they lie flat. No step up to the
+stable one then lets anything faster grow (tests/test_recovery.py)."""
 TINY = 1e-300
 
 
@@ -78,7 +76,7 @@ def recovery_rates(ply: Ply, numerics: Numerics, time_step: float) -> RecoveryRa
     rates = RecoveryRates()
     if recovers(ply, numerics):
         slowest = lowest_frequency(ply, numerics, time_step) * time_step
-        rates.followed = min(SLOWER * slowest, MOST_OF_A_STEP)
+        rates.followed = SLOWER * slowest
         rates.taken_up = numerics.yarn_recovery * rates.followed
         rates.let_go = rates.taken_up / (numerics.yarn_softening - 1.0)
         rates.guard = wp.vec2d(*guard_stiffness(ply, numerics))
